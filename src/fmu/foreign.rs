@@ -93,7 +93,8 @@ pub struct SavedState(*mut LiveState);
 impl SavedState {
     /// The state.
     pub fn read<'a>(self) -> Result<&'a LiveState, Refusal> {
-        // SAFETY: it is null or what `StatePointer` made, for the importer returns only what it was given and has not freed.
+        // SAFETY: the pointer is null or was made by `StatePointer` and is not freed: FMI allows the importer to pass only
+        // such pointers.
         let live = unsafe { self.0.as_ref() };
         live.ok_or_else(|| Refusal::error("there is no state to read"))
     }

@@ -276,7 +276,7 @@ fn phases_are_those_of_each_set() {
             .map(|(_, mesh)| match &mesh.law {
                 MeshLaw::OfFirst { phase } => *phase,
                 MeshLaw::Own(flanks) => flanks[0].phase,
-                MeshLaw::Drawn(drawn) => drawn.beside.phase,
+                MeshLaw::Drawn(drawn) => drawn.undrawn_properties.phase,
             })
             .collect()
     };

@@ -331,7 +331,10 @@ fn planets_share_the_drawn_mesh_of_the_ring() {
     assert_eq!(drawn.len(), 3);
     for other in &drawn {
         assert_eq!(other.table, drawn[0].table);
-        assert_eq!(other.beside.phase, drawn[0].beside.phase);
+        assert_eq!(
+            other.undrawn_properties.phase,
+            drawn[0].undrawn_properties.phase
+        );
     }
     let gears = &drawn[0].table.gears;
     assert_eq!(gears.form.ring, Some(168e-3 + 16e-3));

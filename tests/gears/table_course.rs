@@ -1,11 +1,11 @@
-//! The stiffness of a run over the mesh cycle, in pieces (the course), compared with its table: the course has few
+//! The stiffness of a run over the mesh cycle, in joined pieces, compared with its table: there are few
 //! pieces, with the reported accuracy.
 
 #![allow(clippy::unwrap_used)]
 
 use crate::fixtures;
 use gearatlas::gear::{
-    Contact, CourseAccuracy, Flanks, MeshCourse, MeshTable, MeshTableCycle, MeshTableInputs,
+    Contact, Flanks, JoinedPieces, JoiningAccuracy, MeshTable, MeshTableCycle, MeshTableInputs,
     MeshTablePiece, Modification, ToothForm,
 };
 use gearatlas::numerics::legendre::evaluate;
@@ -14,7 +14,7 @@ use gearatlas::numerics::legendre::evaluate;
 const LONGEST_WINDOW: f64 = 0.25;
 
 /// A cycle of the 20/30 pair under a torque \[N m\], with crowning of the pinion's lead \[m\].
-fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, CourseAccuracy) {
+fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, JoiningAccuracy) {
     let crowned = Modification {
         crowning,
         ..Modification::default()
@@ -34,7 +34,7 @@ fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, CourseAccuracy) {
         ..MeshTableInputs::of_gears(&pair)
     };
     let table = MeshTable::build(&Flanks::new(&pair).unwrap(), &inputs, &|_, _| ()).unwrap();
-    let accuracy = CourseAccuracy {
+    let accuracy = JoiningAccuracy {
         stiffness: 1e-5,
         turning: 2.5e-4,
         shortest: 1.0 / 96.0,
@@ -46,12 +46,14 @@ fn cycle(crowning: f64, misalignment: f64) -> (MeshTableCycle, CourseAccuracy) {
 }
 
 /// Largest error of stiffness and largest deviation from the means, each times the length of its piece, at positions
-/// that the fit of the course did not use.
-fn off(cycle: &MeshTableCycle, course: &MeshCourse, of: &CourseAccuracy) -> [f64; 2] {
+/// that the fit of the pieces did not use.
+fn off(cycle: &MeshTableCycle, joined_pieces: &JoinedPieces, of: &JoiningAccuracy) -> [f64; 2] {
     let mut worst = [0.0_f64; 2];
     for step in 0..5003 {
         let phase = (f64::from(step) + 0.37) / 5003.0;
-        let piece = &course.pieces[course.pieces.partition_point(|own| own.end <= phase)];
+        let piece = &joined_pieces.pieces[joined_pieces
+            .pieces
+            .partition_point(|piece| piece.end <= phase)];
         let length = piece.end - piece.start;
         let x = (2.0 * phase - piece.start - piece.end) / length;
         let k = cycle.value(&cycle.stiffness, phase);
@@ -70,39 +72,48 @@ fn off(cycle: &MeshTableCycle, course: &MeshCourse, of: &CourseAccuracy) -> [f64
     worst
 }
 
-/// A course reports its error, keeps the requested accuracy, and has fewer pieces than the table.
+/// Joined pieces report their error and keep the requested accuracy, and there are fewer than in the table.
 #[test]
-fn a_course_is_as_far_off_as_it_says() {
+fn joined_pieces_are_as_far_off_as_they_say() {
     for (crowning, misalignment) in [(0.0, 0.0), (5e-6, 2e-4)] {
         let (cycle, accuracy) = cycle(crowning, misalignment);
-        let course = cycle.course(accuracy);
-        let found = off(&cycle, &course, &accuracy);
-        let told = [course.stiffness_error, course.turning_error];
-        for (found, told) in found.into_iter().zip(told) {
-            assert!(found <= 1.2 * told + 1e-12, "{found:e} {told:e}");
-            assert!(found >= 0.5 * told - 1e-12, "{found:e} {told:e}");
+        let joined_pieces = cycle.joined_pieces(accuracy);
+        let found = off(&cycle, &joined_pieces, &accuracy);
+        let reported_errors = [joined_pieces.stiffness_error, joined_pieces.turning_error];
+        for (found, reported_errors) in found.into_iter().zip(reported_errors) {
+            assert!(
+                found <= 1.2 * reported_errors + 1e-12,
+                "{found:e} {reported_errors:e}"
+            );
+            assert!(
+                found >= 0.5 * reported_errors - 1e-12,
+                "{found:e} {reported_errors:e}"
+            );
         }
-        assert!(told[0] <= accuracy.stiffness, "{told:?}");
-        let frictionless = cycle.course(CourseAccuracy {
+        assert!(
+            reported_errors[0] <= accuracy.stiffness,
+            "{reported_errors:?}"
+        );
+        let frictionless = cycle.joined_pieces(JoiningAccuracy {
             friction: 0.0,
             turning: f64::INFINITY,
             ..accuracy
         });
-        let counts = [&frictionless.pieces, &course.pieces].map(Vec::len);
+        let counts = [&frictionless.pieces, &joined_pieces.pieces].map(Vec::len);
         assert!(
             counts[0] < cycle.stiffness.len() && counts[0] <= counts[1],
             "{counts:?}"
         );
         // The impulse of friction and load is that of the table, for any length of the pieces.
         let mean = |of: fn(&MeshTablePiece) -> f64| -> f64 {
-            course
+            joined_pieces
                 .pieces
                 .iter()
-                .map(|own| (own.end - own.start) * of(own))
+                .map(|piece| (piece.end - piece.start) * of(piece))
                 .sum()
         };
-        assert!((mean(|own| own.friction) - cycle.mean(&cycle.friction)).abs() < 1e-12);
-        assert!((mean(|own| own.centre) - cycle.mean_centre()).abs() < 1e-14);
+        assert!((mean(|piece| piece.friction) - cycle.mean(&cycle.friction)).abs() < 1e-12);
+        assert!((mean(|piece| piece.centre) - cycle.mean_centre()).abs() < 1e-14);
     }
 }
 
@@ -112,13 +123,16 @@ fn a_course_is_as_far_off_as_it_says() {
 fn friction_is_met_with_second_order() {
     let (cycle, accuracy) = cycle(0.0, 0.0);
     let [rough, fine] = [4e-4, 2.5e-5].map(|turning| {
-        let course = cycle.course(CourseAccuracy {
+        let joined_pieces = cycle.joined_pieces(JoiningAccuracy {
             turning,
             shortest: 1e-3,
             ..accuracy
         });
-        let double = course.pieces.iter().filter(|own| own.end < 0.6);
-        (off(&cycle, &course, &accuracy)[1], double.count() as f64)
+        let double = joined_pieces.pieces.iter().filter(|piece| piece.end < 0.6);
+        (
+            off(&cycle, &joined_pieces, &accuracy)[1],
+            double.count() as f64,
+        )
     });
     let order = (rough.0 / fine.0).ln() / (fine.1 / rough.1).ln();
     assert!((1.6..2.4).contains(&order), "{order} {rough:?} {fine:?}");
@@ -129,7 +143,7 @@ fn friction_is_met_with_second_order() {
 fn pieces_can_be_carried_on() {
     let (cycle, accuracy) = cycle(0.0, 0.0);
     for piece in cycle
-        .course(CourseAccuracy {
+        .joined_pieces(JoiningAccuracy {
             friction: 0.0,
             ..accuracy
         })

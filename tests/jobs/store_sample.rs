@@ -8,11 +8,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use gearatlas::analysis::{
-    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord, ChaosOutcome, Character,
-    Class, CourseOutcome, EvidenceOutcome, KaplanYorke, Kick, LyapunovMethod, LyapunovOutcome,
-    MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine,
-    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine,
-    SpectrumMethod, Status,
+    AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChaosOutcome, Character, Class,
+    CourseOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, Kick, LyapunovMethod,
+    LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
+    OrderLine, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
+    SpectrumLine, SpectrumMethod, Status,
 };
 use gearatlas::model::Quantity;
 use gearatlas::report::{Style, Summary, render};
@@ -32,7 +32,8 @@ fn row(point_id: u64) -> PointRow {
     let chaotic = point_id.is_multiple_of(3);
     let number = point_id as f64;
     let lambda = if chaotic { 0.01 * number + 0.1 } else { -0.01 * number };
-    let mut outcome = PointOutcome::unanswered(Status::Failed, "point 13 fails by design".into());
+    let mut outcome =
+        PointOutcome::without_results(Status::Failed, "point 13 fails by design".into());
     if point_id != 13 {
         outcome = PointOutcome {
             status: Status::Ok,
@@ -105,7 +106,7 @@ fn row(point_id: u64) -> PointRow {
                 ess: Some(400.0),
                 rhat: Some(1.01),
                 rotation_number: None,
-                chains: Some(ChainRecord {
+                chains: Some(GrowthRecord {
                     lengths: vec![2.0, 1.0],
                     growth: vec![lambda, lambda + 0.01, lambda - 0.01],
                 }),

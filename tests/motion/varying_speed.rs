@@ -42,7 +42,7 @@ fn growing_speed_is_exact_to_round_off() {
         let duration = 2.0 * period / (1.0 + (1.0 + 2.0 * growth).sqrt());
         let speed = 1.0 / (kernel.cycles_per_radian() * period);
         let mut stretch = SpeedInterval::steady(duration, speed, model.load);
-        stretch.turned[2] = 0.5 * a * speed;
+        stretch.rotation[2] = 0.5 * a * speed;
         let extended = Extended::new(&model).accelerated(a);
         let mut start = settled(&model, 40);
         let (mut state, mut time, mut events) = (0.0f64, 0.0f64, 0);
@@ -91,7 +91,7 @@ fn slow_run_ups_pass_the_motions_of_fixed_speeds() {
         // There is a whole number of cycles between the two speeds.
         let duration = cycles / (0.5 * (from + to) * teeth);
         let mut stretch = SpeedInterval::steady(duration, from, load);
-        stretch.turned[2] = 0.5 * (to - from) / duration;
+        stretch.rotation[2] = 0.5 * (to - from) / duration;
         let mut motion = varying.start(&fixed);
         let mut counters = Counters::default();
         let mut room = varying.workspace();

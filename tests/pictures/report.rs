@@ -182,7 +182,7 @@ fn write_chaos(folder: &Path) {
                 ended_on: (exits > 0).then(|| format!("periodic 3 ({exits})")),
                 averages_before_exit: None,
             }),
-            ..PointOutcome::unanswered(Status::Ok, "as designed".into())
+            ..PointOutcome::without_results(Status::Ok, "as designed".into())
         };
         let (row, column) = (point_id / 6, point_id % 6);
         writer
@@ -697,7 +697,7 @@ fn large_row(point_id: u64, columns: u64) -> PointRow {
             }),
             poincare: (0..20).map(sample).collect(),
             events_per_cycle: Some(known(2.0)),
-            ..PointOutcome::unanswered(
+            ..PointOutcome::without_results(
                 Status::Ok,
                 format!("settled after {} cycles", 100 + point_id % 900),
             )

@@ -82,7 +82,7 @@ mod tests {
         PointRow {
             point_id: 0,
             axis_values: Vec::new(),
-            outcome: PointOutcome::unanswered(Status::Ok, String::new()),
+            outcome: PointOutcome::without_results(Status::Ok, String::new()),
             multistability: None,
             orbits: None,
             chain: None,

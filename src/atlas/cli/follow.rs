@@ -122,7 +122,7 @@ impl Census {
         };
         for line in &followed.lines {
             out.models += line.models;
-            out.known += line.branches.known;
+            out.known += line.branches.repeated_orbits;
             out.failures.extend(line.branches.failures.iter().cloned());
             for (_, branch) in &line.branches.all {
                 out.branches += 1;
@@ -138,7 +138,12 @@ impl Census {
                 }
                 let pairs = branch.orbits.windows(2);
                 out.sequences += pairs
-                    .filter(|p| !p[0].details.touches.alike(&p[1].details.touches))
+                    .filter(|p| {
+                        !p[0]
+                            .details
+                            .touches
+                            .is_cyclic_shift_of(&p[1].details.touches)
+                    })
                     .count();
                 for end in branch.ends.iter().filter(|end| **end != End::Start) {
                     let word = match end {

@@ -23,7 +23,7 @@ impl FirstKernel {
             KernelSetting::Auto => parts.model(first).and_then(|model| {
                 let point_kernel = PointKernel::of(first, &model, parts)?;
                 Ok((
-                    point_kernel.taken.name(),
+                    point_kernel.choice.name(),
                     point_kernel.why.map(|why| why.to_string()),
                 ))
             }),

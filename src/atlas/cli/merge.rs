@@ -1,7 +1,7 @@
 //! `atlas merge DIR… --out DIR`: joins the shards of a job into one set of results.
 
 use super::{BAD_INPUT, Status, answer, fail, warn, with_causes};
-use crate::store::{MergeError, merge, mixed};
+use crate::store::{MergeError, merge, mixed_instructions_warning};
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -35,7 +35,7 @@ pub fn run(args: &MergeArgs) -> Status {
             return Err(fail(status, &with_causes(&error)));
         }
     };
-    if let Some(warning) = mixed(&record.machine.instructions) {
+    if let Some(warning) = mixed_instructions_warning(&record.machine.instructions) {
         warn(&warning);
     }
     if args.json {

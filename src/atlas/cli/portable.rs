@@ -26,8 +26,8 @@ const WITHOUT: &str = "glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX,-AVX512F,-FMA_Usab
 fn is_started_for_it() -> Result<(), String> {
     const VARIABLE: &str = "GLIBC_TUNABLES";
     let tunables = std::env::var(VARIABLE).unwrap_or_default();
-    let has_choice = is_x86_feature_detected!("avx") || is_x86_feature_detected!("fma");
-    if !has_choice || tunables.contains(WITHOUT) {
+    let can_use_avx_or_fma = is_x86_feature_detected!("avx") || is_x86_feature_detected!("fma");
+    if !can_use_avx_or_fma || tunables.contains(WITHOUT) {
         return Ok(());
     }
     let separator = if tunables.is_empty() { "" } else { ":" };

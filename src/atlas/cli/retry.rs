@@ -12,7 +12,8 @@ use crate::manifest::Job;
 use crate::propagate::instructions;
 use crate::store::{
     Exchange, IoFault, Journal, ProgramRecord, Purpose, Refusal, RetryRecord, RunRecord, Stopwatch,
-    StoreError, TableRecord, Totals, mixed, remove_stale, replace, statuses, write_run,
+    StoreError, TableRecord, Totals, mixed_instructions_warning, remove_stale, replace, statuses,
+    write_run,
 };
 use crate::sweep::{ChainSelection, Options, Prepared, ProgressObserver, Sweep, SweepError};
 use std::collections::BTreeSet;
@@ -214,8 +215,9 @@ fn note_instructions(record: &mut RunRecord) {
     if used.iter().all(|name| name != here) {
         used.push(here.to_owned());
     }
-    let mixed = mixed(used).filter(|warning| !record.warnings.contains(warning));
-    record.warnings.extend(mixed);
+    let warning =
+        mixed_instructions_warning(used).filter(|warning| !record.warnings.contains(warning));
+    record.warnings.extend(warning);
 }
 
 /// Keeps the last table of each name, which replaces the earlier ones.
@@ -232,21 +234,30 @@ fn failed(
     args: &RunArgs,
     tables: &[TableRecord],
 ) -> Result<BTreeSet<u64>, StoreError> {
-    let mut found = statuses(folder, args.shard, tables)?;
-    let failed = FAILURES.into_iter().filter_map(|name| found.remove(name));
+    let mut points_by_status = statuses(folder, args.shard, tables)?;
+    let failed = FAILURES
+        .into_iter()
+        .filter_map(|name| points_by_status.remove(name));
     Ok(failed.flatten().collect())
 }
 
 /// Updates the counts of a record from its table; its times stay those of the first run.
 fn recount(record: &mut RunRecord, folder: &Path, args: &RunArgs) -> Result<(), StoreError> {
-    let found = statuses(folder, args.shard, &record.tables)?;
-    let count = |name: &str| found.get(name).map_or(0, |points| points.len() as u64);
+    let points_by_status = statuses(folder, args.shard, &record.tables)?;
+    let count = |name: &str| {
+        points_by_status
+            .get(name)
+            .map_or(0, |points| points.len() as u64)
+    };
     record.totals = Totals {
         not_converged: count("not_converged"),
         missing: 0,
         resumed: record.totals.resumed,
         ..Totals::new(
-            found.values().map(|points| points.len() as u64).sum(),
+            points_by_status
+                .values()
+                .map(|points| points.len() as u64)
+                .sum(),
             count("ok"),
             FAILURES.into_iter().map(count).sum(),
             record.totals.cycles,

@@ -17,7 +17,7 @@ pub(super) struct Plane {
     pub step: usize,
     /// For every place, row by row, the index of the point that stands for it; `u32::MAX` if there is none, because the
     /// run is unfinished.
-    stands: Vec<u32>,
+    representatives: Vec<u32>,
 }
 
 impl Plane {
@@ -28,41 +28,43 @@ impl Plane {
     ) -> Self {
         let nested = refined.nested;
         let sides @ [rows, columns] = nested.sides(nested.levels);
-        let known: HashMap<[usize; 2], u32> = (points.into_iter().zip(0..))
+        let point_indices: HashMap<[usize; 2], u32> = (points.into_iter().zip(0..))
             .map(|(point, index)| (nested.at(point.point_id as usize), index))
             .collect();
-        let mut stands = vec![u32::MAX; rows * columns];
-        let mut leaves = nested.leaves(|place| known.contains_key(&place));
+        let mut representatives = vec![u32::MAX; rows * columns];
+        let mut leaves = nested.leaves(|place| point_indices.contains_key(&place));
         // On an edge that two cells share, the smaller cell has priority.
         leaves.sort_by_key(|cell| std::cmp::Reverse(cell.sides[0] * cell.sides[1]));
         for cell in leaves {
             let [row, column] = cell.corner;
             let [height, width] = cell.sides;
-            let corners = cell.corners().map(|place| known.get(&place).copied());
+            let corners = cell
+                .corners()
+                .map(|place| point_indices.get(&place).copied());
             for down in 0..=height {
                 for across in 0..=width {
                     let nearest =
                         2 * usize::from(2 * down > height) + usize::from(2 * across > width);
                     if let Some(index) = corners[nearest] {
-                        stands[(row + down) * columns + column + across] = index;
+                        representatives[(row + down) * columns + column + across] = index;
                     }
                 }
             }
         }
         // A computed place stands for itself, also where it lies on the edge of a smaller cell.
-        for ([row, column], index) in known {
-            stands[row * columns + column] = index;
+        for ([row, column], index) in point_indices {
+            representatives[row * columns + column] = index;
         }
         Self {
             sides,
             step: 1 << nested.levels,
-            stands,
+            representatives,
         }
     }
 
     /// The index of the point that stands for a place.
     pub fn at(&self, row: usize, column: usize) -> Option<usize> {
-        let index = self.stands[row * self.sides[1] + column];
+        let index = self.representatives[row * self.sides[1] + column];
         (index != u32::MAX).then_some(index as usize)
     }
 }
@@ -84,12 +86,15 @@ pub(super) fn complete(axes: &mut [Axis], refined: &RefinedColumns, points: &[Po
 
 /// Fills the gaps of a list by linear interpolation, and its ends with the first and the last value.
 fn filled(values: &[Option<f64>]) -> Vec<f64> {
-    let known: Vec<(usize, f64)> = (values.iter().enumerate())
+    let values_by_place: Vec<(usize, f64)> = (values.iter().enumerate())
         .filter_map(|(place, value)| Some((place, (*value)?)))
         .collect();
     let at = |place: usize| {
-        let next = known.partition_point(|(known, _)| *known < place);
-        match (next.checked_sub(1).map(|i| known[i]), known.get(next)) {
+        let next = values_by_place.partition_point(|(other, _)| *other < place);
+        match (
+            next.checked_sub(1).map(|i| values_by_place[i]),
+            values_by_place.get(next),
+        ) {
             (_, Some(&(there, value))) if there == place => value,
             (Some((a, low)), Some(&(b, high))) => {
                 low + (high - low) * (place - a) as f64 / (b - a) as f64
@@ -137,18 +142,18 @@ mod tests {
     fn the_nearest_corner_stands_for_a_place() {
         let (refined, points) = plane();
         let plane = Plane::new(&refined, &points);
-        let stands = |row, column| {
+        let representatives = |row, column| {
             let point = &points[plane.at(row, column).unwrap()];
             refined.nested.at(point.point_id as usize)
         };
         for point in &points {
             let place @ [row, column] = refined.nested.at(point.point_id as usize);
-            assert_eq!(stands(row, column), place);
+            assert_eq!(representatives(row, column), place);
         }
-        assert_eq!(stands(7, 7), [8, 8]);
-        assert_eq!(stands(5, 7), [4, 8]);
-        assert_eq!(stands(1, 3), [0, 2], "of a small cell");
-        assert_eq!(stands(3, 4), [2, 4], "the smaller of two cells");
+        assert_eq!(representatives(7, 7), [8, 8]);
+        assert_eq!(representatives(5, 7), [4, 8]);
+        assert_eq!(representatives(1, 3), [0, 2], "of a small cell");
+        assert_eq!(representatives(3, 4), [2, 4], "the smaller of two cells");
         // Some points of a cancelled run are missing.
         let plane = Plane::new(&refined, &points[..3]);
         assert!(plane.at(7, 7).is_none() && plane.at(1, 1).is_some());

@@ -199,14 +199,16 @@ impl Summary {
         let branches = along.map_or_else(
             || (0..attractors.len()).collect(),
             |along| {
-                let held = tied.fixed_axes(axes.len(), &[along]);
-                branches::branches(&attractors, &all, &axes, along, &held)
+                let fixed_axes = tied.fixed_axes(axes.len(), &[along]);
+                branches::branches(&attractors, &all, &axes, along, &fixed_axes)
             },
         );
         let transitions = transitions::read(folder)?;
         let mut transition_counts = BTreeMap::new();
-        for found in &transitions {
-            *transition_counts.entry(found.what.clone()).or_insert(0) += 1;
+        for transition in &transitions {
+            *transition_counts
+                .entry(transition.what.clone())
+                .or_insert(0) += 1;
         }
         let mut summary = Self {
             folder: folder.to_path_buf(),
@@ -250,7 +252,7 @@ impl Summary {
         let transient = census.transient.finish(shorter_lived);
         (self.lifetimes.transient_points, self.lifetimes.transient) = transient;
         (self.twin_disagrees_points, self.twin_disagrees) = census.twin_disagrees.finish(by_id);
-        (self.troubled_points, self.troubled) = census.troubled.finish(by_id);
+        (self.troubled_points, self.troubled) = census.points_not_ok.finish(by_id);
         self.coexisting_points = census.coexisting;
         (self.coexisting_points).sort_by_key(|point| point.point_id);
     }

@@ -79,16 +79,16 @@ impl<'m> ContactJumps<'m> {
             return 0;
         }
         self.next = 2 * self.integrated_cycles;
-        let whole = cycles / u64::from(period);
+        let periods = cycles / u64::from(period);
         let jumped = (self.map(kernel, trajectory, period, workspace))
             .filter(|map| self.certain(kernel, trajectory, period, map, workspace))
-            .and_then(|map| power(map, whole))
-            .map(|moved| {
-                for (x, moved) in trajectory.state.iter_mut().zip(moved) {
-                    *x += moved;
+            .and_then(|map| displacement_over(map, periods))
+            .map(|displacement| {
+                for (x, change) in trajectory.state.iter_mut().zip(displacement) {
+                    *x += change;
                 }
-                trajectory.cycle += whole * u64::from(period);
-                whole * u64::from(period)
+                trajectory.cycle += periods * u64::from(period);
+                periods * u64::from(period)
             });
         jumped.unwrap_or(0)
     }
@@ -183,10 +183,10 @@ impl<'m> ContactJumps<'m> {
 }
 
 /// Displacement of a state over a number of periods.
-fn power(map: Period, periods: u64) -> Option<Vec<f64>> {
+fn displacement_over(map: Period, periods: u64) -> Option<Vec<f64>> {
     let size = map.drift.len();
     let (mut increment, mut drift) = (map.increment, map.drift);
-    let mut moved = vec![0.0; size];
+    let mut displacement = vec![0.0; size];
     let through = |increment: &Mat<f64>, x: &[f64], y: &[f64]| -> Vec<f64> {
         let sum = |i: usize| (0..size).map(|j| increment[(i, j)] * x[j]).sum::<f64>();
         (0..size).map(|i| x[i] + sum(i) + y[i]).collect()
@@ -194,7 +194,7 @@ fn power(map: Period, periods: u64) -> Option<Vec<f64>> {
     let mut left = periods;
     while left > 0 {
         if left & 1 == 1 {
-            moved = through(&increment, &moved, &drift);
+            displacement = through(&increment, &displacement, &drift);
         }
         left >>= 1;
         if left > 0 {
@@ -203,5 +203,8 @@ fn power(map: Period, periods: u64) -> Option<Vec<f64>> {
             increment = Mat::from_fn(size, size, |i, j| 2.0 * increment[(i, j)] + square[(i, j)]);
         }
     }
-    moved.iter().all(|x| x.is_finite()).then_some(moved)
+    displacement
+        .iter()
+        .all(|x| x.is_finite())
+        .then_some(displacement)
 }

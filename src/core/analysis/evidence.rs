@@ -21,12 +21,12 @@ pub struct EvidenceOutcome {
     /// frequency \[1/cycle\], on a torus.
     pub rotation_number: Option<f64>,
     /// Averages of growth over ten cycles, trajectory after trajectory, if requested.
-    pub chains: Option<ChainRecord>,
+    pub chains: Option<GrowthRecord>,
 }
 
 /// Averages of the growth of neighbours in every trajectory.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct ChainRecord {
+pub struct GrowthRecord {
     /// Number of averages of every trajectory.
     pub lengths: Vec<f64>,
     /// The averages \[1/cycle\], one trajectory after another.

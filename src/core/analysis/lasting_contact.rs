@@ -100,7 +100,7 @@ impl<'a> LastingContact<'a> {
         if self.steady.is_none() {
             self.steady = Some(self.observe_period(kernel, None, workspace)?);
         }
-        let mut remaining = self.steady.as_ref()?.least.clone()?;
+        let mut remaining = self.steady.as_ref()?.lower_bounds.clone()?;
         for mode in order {
             if remaining.iter().any(|remaining| *remaining <= 0.0) {
                 break;
@@ -160,7 +160,8 @@ impl<'a> LastingContact<'a> {
         let mut counters = Counters::default();
         let period = u64::from(self.period);
         let advanced = kernel.advance(period, &mut state, workspace, &mut margins, &mut counters);
-        (advanced.is_ok() && counters.events == 0 && margins.whole).then_some(margins.observed)
+        (advanced.is_ok() && counters.events == 0 && margins.is_complete)
+            .then_some(margins.observed)
     }
 }
 
@@ -227,7 +228,7 @@ struct ObservedMargins {
     /// Series of the margins, window after window, without gaps and errors, which are the same for all motions.
     windows: Vec<Vec<Series>>,
     /// Lower bound of every contact's margin, if requested.
-    least: Option<Vec<f64>>,
+    lower_bounds: Option<Vec<f64>>,
 }
 
 /// Observes the margins of all contacts.
@@ -237,28 +238,28 @@ struct MarginObserver<'a, 'm> {
     motion: &'a mut ModalMotion<'m>,
     observed: ObservedMargins,
     /// Whether every margin of every window is known.
-    whole: bool,
+    is_complete: bool,
 }
 
 impl<'a, 'm> MarginObserver<'a, 'm> {
-    fn new(model: &'m Model, motion: &'a mut ModalMotion<'m>, least: bool) -> Self {
+    fn new(model: &'m Model, motion: &'a mut ModalMotion<'m>, with_bounds: bool) -> Self {
         Self {
             model,
             motion,
             observed: ObservedMargins {
                 windows: Vec::new(),
-                least: least.then(|| vec![f64::INFINITY; model.contacts.len()]),
+                lower_bounds: with_bounds.then(|| vec![f64::INFINITY; model.contacts.len()]),
             },
-            whole: true,
+            is_complete: true,
         }
     }
 }
 
-/// Updates the lower bound of a contact's margin by its series over a window, if bounds are requested.
-fn note(all: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
-    if let Some(all) = all {
-        let known = all[contact];
-        all[contact] = known.min(least(margin, HALVINGS, known));
+/// Reduces the lower bound of a contact's margin by its series over a window, if bounds are requested.
+fn lower_bound_by(bounds: &mut Option<Vec<f64>>, contact: usize, margin: &Series) {
+    if let Some(bounds) = bounds {
+        let known = bounds[contact];
+        bounds[contact] = known.min(lower_bound(margin, HALVINGS, known));
     }
 }
 
@@ -268,17 +269,20 @@ impl Observer for MarginObserver<'_, '_> {
 
     fn window(&mut self, window: &Window<'_>) {
         let model = self.model;
-        let own = |index: usize| window.segments[index].direction != window.segments[0].direction;
+        let has_other_direction =
+            |index: usize| window.segments[index].direction != window.segments[0].direction;
         // Without the deflection of an open contact on another line, the blocks' motion gives it.
         let needs_motion = window.along.is_empty()
-            && (0..model.contacts.len())
-                .any(|index| own(index) && !window.closed.iter().any(|c| c.contact == index));
+            && (0..model.contacts.len()).any(|index| {
+                has_other_direction(index) && !window.closed.iter().any(|c| c.contact == index)
+            });
         let motion = needs_motion.then(|| self.motion.on(window));
-        let mut all = Vec::with_capacity(model.contacts.len());
+        let mut margins = Vec::with_capacity(model.contacts.len());
         for (index, contact) in model.contacts.iter().enumerate() {
             if model.is_passed(index, window.contact) {
-                // A passed contact cannot act before the contact that passed it opens.
-                all.push([0.0; TERMS]);
+                // A thinner layer of the oil film, or the flank, is closed: this layer exerts no force until that
+                // contact opens.
+                margins.push([0.0; TERMS]);
                 continue;
             }
             let segment = &window.segments[index];
@@ -287,29 +291,29 @@ impl Observer for MarginObserver<'_, '_> {
                 && contact.release.is_by_force()
             {
                 let margin = padded(closed.force).map(|force| contact.side * force);
-                note(&mut self.observed.least, index, &margin);
-                all.push(margin);
+                lower_bound_by(&mut self.observed.lower_bounds, index, &margin);
+                margins.push(margin);
                 continue;
             }
             let inside = match (closed.is_some(), window.contact.holds(index)) {
                 (true, true) => 1.0,
                 (false, false) => -1.0,
                 _ => {
-                    self.whole = false;
+                    self.is_complete = false;
                     return;
                 }
             };
             let (series, errors) = match (closed, window.along.get(index), &motion) {
                 (Some(closed), ..) => (padded(closed.deflection), false),
                 (None, Some(along), _) => (padded(along), false),
-                (None, None, Some(motion)) if own(index) => {
+                (None, None, Some(motion)) if has_other_direction(index) => {
                     let gains = model.gains(segment).iter().map(|gain| gain.deflection);
                     (motion.combination(gains.enumerate()), true)
                 }
                 (None, ..) => (padded(window.deflection), false),
             };
-            all.push(series.map(|a| inside * contact.side * a));
-            if self.observed.least.is_none() {
+            margins.push(series.map(|a| inside * contact.side * a));
+            if self.observed.lower_bounds.is_none() {
                 continue;
             }
             let transforms = transforms24();
@@ -321,25 +325,25 @@ impl Observer for MarginObserver<'_, '_> {
                 let deflection = evaluate(&series, x) - error;
                 inside * (contact.side * deflection - contact.gap(segment, time)[0])
             });
-            note(
-                &mut self.observed.least,
+            lower_bound_by(
+                &mut self.observed.lower_bounds,
                 index,
                 &transforms.interpolate(&margin),
             );
         }
-        self.observed.windows.push(all);
+        self.observed.windows.push(margins);
     }
 
     fn event(&mut self, _: &Event) {}
 }
 
 /// A lower bound of a series, refined by halving while it is below `known`.
-fn least(series: &Series, halvings: u32, known: f64) -> f64 {
+fn lower_bound(series: &Series, halvings: u32, known: f64) -> f64 {
     let bound = series[0] - series[1..].iter().map(|a| a.abs()).sum::<f64>();
     if halvings == 0 || bound >= known {
         return bound;
     }
-    let half = |side, known| least(&transforms24().half(series, side), halvings - 1, known);
+    let half = |side, known| lower_bound(&transforms24().half(series, side), halvings - 1, known);
     let low = half(0, known);
     low.min(half(1, known.min(low))).max(bound)
 }

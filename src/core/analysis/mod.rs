@@ -56,7 +56,7 @@ pub use covariant::{
 };
 pub use dimension::kaplan_yorke;
 pub use energy::EnergyAudit;
-pub use evidence::{ChainRecord, ChaosAverages, ChaosOutcome, EvidenceOutcome};
+pub use evidence::{ChaosAverages, ChaosOutcome, EvidenceOutcome, GrowthRecord};
 pub use frequencies::{ClosedMode, Frequencies, NaturalMode};
 pub use horizon::{HorizonConfig, HorizonMeasure, HorizonOutcome, HorizonQuantity, predictability};
 pub use interrupt::{EndedEarly, Interrupted};

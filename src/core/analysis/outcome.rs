@@ -426,7 +426,7 @@ pub struct PointOutcome {
 
 impl PointOutcome {
     /// The outcome of a point without results.
-    pub fn unanswered(status: Status, reason: String) -> Self {
+    pub fn without_results(status: Status, reason: String) -> Self {
         Self {
             status,
             reason,

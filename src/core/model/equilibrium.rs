@@ -179,35 +179,39 @@ impl Model {
         let rigid_motions = &self.basis.rigid()[self.basis.without_contact().len()..];
         let load = self.load_on_modes();
         let at_load = self.elastic_response(&load);
-        let under = |force: &dyn Fn(&RotatedStaticContact) -> Vec<f64>| -> Vec<Vec<f64>> {
-            let forces = all
-                .iter()
-                .map(|rotated| self.elastic_response(&force(rotated)));
-            forces.collect()
-        };
-        let given = under(&|rotated| rotated.force.clone());
-        let given_smooth = under(&|rotated| rotated.deflection.clone());
-        let gives = |i: usize, j: usize, given: &[Vec<f64>]| {
-            all[i].side * all[j].side * dot(&all[i].deflection, &given[j])
+        let elastic_responses =
+            |force: &dyn Fn(&RotatedStaticContact) -> Vec<f64>| -> Vec<Vec<f64>> {
+                let forces = all
+                    .iter()
+                    .map(|rotated| self.elastic_response(&force(rotated)));
+                forces.collect()
+            };
+        let responses_to_forces = elastic_responses(&|rotated| rotated.force.clone());
+        let responses_to_deflections = elastic_responses(&|rotated| rotated.deflection.clone());
+        let flexibility = |i: usize, j: usize, responses: &[Vec<f64>]| {
+            all[i].side * all[j].side * dot(&all[i].deflection, &responses[j])
         };
         let contacts = |static_contact: &dyn Fn(usize) -> StaticContact| Contacts {
             contacts_at_rest: (0..all.len()).map(static_contact).collect(),
             load: rigid_motions.iter().map(|&r| load[r]).collect(),
         };
         let whole = contacts(&|i| {
-            let yielding = (0..all.len()).map(|j| gives(i, j, &given)).collect();
+            let yielding = (0..all.len())
+                .map(|j| flexibility(i, j, &responses_to_forces))
+                .collect();
             all[i].static_contact(&at_load, &all[i].force, yielding, rigid_motions)
         });
         let smooth = contacts(&|i| {
-            let half = |i, j| 0.5 * gives(i, j, &given_smooth);
+            let half = |i, j| 0.5 * flexibility(i, j, &responses_to_deflections);
             let yielding = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
             all[i].static_contact(&at_load, &all[i].deflection, yielding, rigid_motions)
         });
         let from = self.sought_from(all, modes, rigid_motions);
         let rest_state = rest::static_state(&smooth, &whole, &from)?;
         let mut modes = at_load;
-        for ((rotated, force), given) in all.iter().zip(&rest_state.forces).zip(&given) {
-            rest::add(&mut modes, -rotated.side * force, given);
+        let contacts_with_forces = all.iter().zip(&rest_state.forces);
+        for ((rotated, force), response) in contacts_with_forces.zip(&responses_to_forces) {
+            rest::add(&mut modes, -rotated.side * force, response);
         }
         for (&r, place) in rigid_motions.iter().zip(&rest_state.place) {
             modes[r] = *place;
@@ -258,12 +262,16 @@ impl Model {
         let [at_load, at_unit] = [&load, &g].map(|force| self.elastic_response(force));
         let free = along(-error, &at_load);
         let flexibility = along(0.0, &at_unit);
-        let asked = match rigid {
+        let required_force = match rigid {
             Some(r) => load[r] / g[r],
             None => k * (free - side * b) / (1.0 + k * flexibility),
         };
         // A contact does not pull.
-        let force = if rigid.is_some() || side * asked > 0.0 { asked } else { 0.0 };
+        let force = if rigid.is_some() || side * required_force > 0.0 {
+            required_force
+        } else {
+            0.0
+        };
         let left: Vec<f64> = load
             .iter()
             .zip(&g)
@@ -276,9 +284,12 @@ impl Model {
             modes[r] = (deflection - (free - flexibility * force)) / w[r];
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
+        let state = self.basis.state_of_turned(&modes);
         // If this flank is not reached, the sign of the free deflection selects the flank.
-        let asked = if rigid.is_none() && force == 0.0 { free } else { asked };
-        (self.basis.state_of_turned(&modes), asked)
+        (
+            state,
+            if rigid.is_none() && force == 0.0 { free } else { required_force },
+        )
     }
 
     /// Displacements of the rotated modes under a constant force; those of rigid ones stay zero.

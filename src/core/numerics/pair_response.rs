@@ -19,9 +19,9 @@ type Square = [[f64; 2]; 2];
 /// Solves `z' = A z + v` in Legendre series, for one 2 × 2 matrix A and one length of window.
 #[derive(Debug, Clone)]
 pub struct PairResponse<const P: usize> {
-    /// `h A`.
+    /// `h A`, where h is half the length of the window.
     scaled: Square,
-    /// Half the window's length h.
+    /// h, half the length τ of the window.
     half: f64,
     /// Inverses of the pivots.
     inverses: [Square; P],

@@ -50,12 +50,12 @@ impl Margin {
     /// The margins of contacts with the same deflection. An open contact opposite to a closed one is omitted, because
     /// the closed one opens first.
     pub fn of(contacts: &[Contact], active: ActiveSet) -> impl Iterator<Item = Self> {
-        let opposite = move |side: f64| {
+        let has_opposite = move |side: f64| {
             let mut closed = active.iter().map(|contact| &contacts[contact]);
             closed.any(|other| other.side == -side)
         };
         (contacts.iter().enumerate())
-            .filter(move |(index, contact)| active.holds(*index) || !opposite(contact.side))
+            .filter(move |(index, contact)| active.holds(*index) || !has_opposite(contact.side))
             .map(move |(index, contact)| Self::new(contact, index, active.holds(index)))
     }
 }
@@ -68,7 +68,7 @@ const WINDOWS_OF_EACH: u64 = 8;
 #[derive(Debug, Clone, Copy)]
 pub struct Changes {
     /// Events in this cycle.
-    met: u32,
+    event_count: u32,
     /// Largest number of events in a cycle.
     limit: u32,
     /// Windows in this cycle.
@@ -81,7 +81,7 @@ impl Changes {
     /// Before the first event. Allows `limit` events in this cycle, which takes `planned` windows without cuts.
     pub fn new(limit: u32, planned: usize) -> Self {
         Self {
-            met: 0,
+            event_count: 0,
             limit,
             windows: 0,
             planned: planned as u64,
@@ -92,9 +92,9 @@ impl Changes {
     ///
     /// # Errors
     /// [`Stop::Stuck`] if there are more windows than grid and events explain.
-    pub fn take(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
+    pub fn count_window(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
         self.windows += 1;
-        let accounted = 1 + self.planned + u64::from(self.met);
+        let accounted = 1 + self.planned + u64::from(self.event_count);
         if self.windows <= WINDOWS_OF_EACH * accounted {
             Ok(())
         } else {
@@ -116,8 +116,8 @@ impl Changes {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        self.met += 1;
-        if self.met > self.limit {
+        self.event_count += 1;
+        if self.event_count > self.limit {
             return Err(Stop::EventStorm {
                 cycle: event.cycle,
                 limit: self.limit,
@@ -155,7 +155,7 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     limit: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
-    let mut take = |search: Search, contact: usize| {
+    let mut crossing_of = |search: Search, contact: usize| {
         counters.bisections += u64::from(search.bisections);
         counters.newton_steps += u64::from(search.newton_steps);
         counters.grazings += u64::from(search.grazings);
@@ -176,7 +176,7 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     if let Some(guard) = ahead::<P, A>(transforms, series, guards) {
         let search = exit_of_falling::<P, A>(transforms, &margin(guard), limit);
         counters.certified += u64::from(search.certified);
-        return take(search, guard.margin.contact);
+        return crossing_of(search, guard.margin.contact);
     }
     let mut first: Option<Crossing> = None;
     let mut certified = true;
@@ -190,7 +190,7 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
         let limit = first.map_or(limit, |c| c.x);
         let search = earliest_exit::<P, A>(transforms, &margin, limit, noise);
         certified &= search.certified;
-        first = take(search, guard.margin.contact).or(first);
+        first = crossing_of(search, guard.margin.contact).or(first);
     }
     counters.certified += u64::from(certified);
     first
@@ -260,11 +260,11 @@ mod tests {
     #[test]
     fn windows_that_do_not_get_on_are_given_up() {
         let mut changes = Changes::new(100, 9);
-        let mut take = || changes.take(7, 0.5e-3, 2e-3);
+        let mut count = || changes.count_window(7, 0.5e-3, 2e-3);
         for _ in 0..80 {
-            assert_eq!(take(), Ok(()));
+            assert_eq!(count(), Ok(()));
         }
-        let stop = take().unwrap_err();
+        let stop = count().unwrap_err();
         let stuck = Stop::Stuck {
             cycle: 7,
             phase: 0.25,
@@ -284,7 +284,7 @@ mod tests {
         changes
             .meet(&event, &mut (), &mut Counters::default())
             .unwrap();
-        assert_eq!(changes.take(7, 0.5e-3, 2e-3), Ok(()));
+        assert_eq!(changes.count_window(7, 0.5e-3, 2e-3), Ok(()));
     }
 
     #[test]

@@ -43,8 +43,9 @@ pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;
 pub use mesh_springs::{MeshSprings, SpringPiece, SpringStretch};
 pub use mesh_table::{
-    CourseAccuracy, CycleDivision, FaceLaw, MeshCourse, MeshTable, MeshTableCycle, MeshTableError,
-    MeshTableInputs, MeshTablePiece, MeshTableSpec, NODES, SegmentMeans, StiffnessLaw,
+    CycleDivision, FaceLaw, JoinedPieces, JoiningAccuracy, MeshTable, MeshTableCycle,
+    MeshTableError, MeshTableInputs, MeshTablePiece, MeshTableSpec, NODES, SegmentMeans,
+    StiffnessLaw,
 };
 pub use misalignment::{
     MisalignmentEnding, MisalignmentReport, MisalignmentSearch, MisalignmentStep, TiltCompliance,

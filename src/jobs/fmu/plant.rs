@@ -77,18 +77,18 @@ impl Plant {
             return Ok(());
         };
         copy(&mut self.before, motion);
-        let ahead =
+        let input_at =
             |input: Input, time: f64| live.inputs[input.place()] + time * live.rates[input.place()];
         let acceleration = |time: f64| {
-            let torques = [Input::Pinion, Input::Wheel].map(|input| ahead(input, time));
+            let torques = [Input::Pinion, Input::Wheel].map(|input| input_at(input, time));
             // `new` has checked that the drive turns freely.
             self.kernel.mean_acceleration(torques).unwrap_or_default()
         };
         let first = acceleration(0.0);
         let growth = acceleration(length) - first;
         let mut stretch = SpeedInterval::steady(length, live.speed, 0.0);
-        stretch.turned[2] = 0.5 * first;
-        stretch.turned[3] = growth / length / 6.0;
+        stretch.rotation[2] = 0.5 * first;
+        stretch.rotation[3] = growth / length / 6.0;
         let mut counters = Counters::default();
         let [load, pinion, wheel] = [Input::Load, Input::Pinion, Input::Wheel];
         let [torque, reaction] = &mut stretch.torques;
@@ -111,7 +111,7 @@ impl Plant {
             return Err(stop);
         }
         live.speed += length * (first + 0.5 * growth);
-        live.inputs = Input::ALL.map(|input| ahead(input, length));
+        live.inputs = Input::ALL.map(|input| input_at(input, length));
         live.time += length;
         live.events += counters.events;
         Ok(())
@@ -225,8 +225,8 @@ mod tests {
             let mut stretch = SpeedInterval::steady(length, before.1, before.0[2]);
             let at = |inputs: [f64; 3]| kernel.mean_acceleration([inputs[0], inputs[1]]).unwrap();
             let [first, end] = [at(before.0), at(live.inputs)];
-            stretch.turned[2] = 0.5 * first;
-            stretch.turned[3] = (end - first) / (6.0 * length);
+            stretch.rotation[2] = 0.5 * first;
+            stretch.rotation[3] = (end - first) / (6.0 * length);
             stretch.load[1] = live.rates[2];
             for shaft in 0..2 {
                 (stretch.torques[shaft][0], stretch.torques[shaft][1]) =

@@ -25,7 +25,7 @@ pub struct ManifestErrors {
 impl ManifestErrors {
     pub(super) fn new(issues: Issues) -> Self {
         Self {
-            diagnostics: placed(&issues),
+            diagnostics: take_sorted(&issues),
             sources: issues.sources.into_inner(),
             more: issues.more.get(),
         }
@@ -78,7 +78,7 @@ pub struct Warnings {
 impl Warnings {
     /// The warnings among the faults of a job without errors.
     pub(super) fn of(issues: &Issues) -> Self {
-        let diagnostics = placed(issues);
+        let diagnostics = take_sorted(issues);
         if diagnostics.is_empty() {
             Self::default()
         } else {
@@ -120,7 +120,7 @@ fn name(sources: &[Source]) -> Cow<'_, str> {
 }
 
 /// Takes the faults: errors before warnings, each sorted by place, without repetitions, with lines and columns.
-fn placed(issues: &Issues) -> Vec<Diagnostic> {
+fn take_sorted(issues: &Issues) -> Vec<Diagnostic> {
     let mut diagnostics = issues.found.take();
     let sources = issues.sources.borrow();
     diagnostics.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));

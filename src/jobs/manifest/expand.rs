@@ -177,7 +177,7 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
                 "the axis `{name}` names an element that does not exist: `{}` {}",
                 end.holder, end.why
             );
-            let remedy = if modal_keys::is_name(name) {
+            let remedy = if modal_keys::is_modal_number_name(name) {
                 "indices in brackets count from 1; write the list or the table in the modal file first"
             } else {
                 "elements count from 0; write the list in its own table first"
@@ -210,7 +210,7 @@ fn keep_new_faults(
         })
         .collect::<Vec<_>>()
         .join(", ");
-    let of_file = (keys.iter()).any(|key| modal_keys::is_name(key.axis.name()));
+    let of_file = (keys.iter()).any(|key| modal_keys::is_modal_number_name(key.axis.name()));
     let mut seen_here = HashSet::new();
     let new = issues.found.borrow_mut().split_off(before);
     for diagnostic in new {
@@ -290,13 +290,13 @@ impl PointResolver {
 
     /// This resolver, with axes given by expressions.
     pub(super) fn deriving(self, expressions: Vec<(String, Expression)>) -> Self {
-        let own = |(name, expression): (String, Expression)| {
+        let with_dimension = |(name, expression): (String, Expression)| {
             let of_axis = |key: &&GridAxis| key.axis.name() == name;
             let dimension = self.0.keys.iter().find(of_axis).map(GridAxis::dimension);
             let dimension = dimension.unwrap_or(Dimension::Ratio);
             (AxisKey::of(&name), dimension, expression)
         };
-        let derived = expressions.into_iter().map(own).collect();
+        let derived = expressions.into_iter().map(with_dimension).collect();
         let mut kept = self.0;
         if let Some(kept) = Arc::get_mut(&mut kept) {
             kept.derived = derived;
@@ -328,7 +328,7 @@ impl PointResolver {
 
     /// The node at a dotted path of the manifest, or of the modal file if the name belongs to that.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
-        if !modal_keys::is_name(path) {
+        if !modal_keys::is_modal_number_name(path) {
             return self.0.tree.at(path);
         }
         let file = self.0.modal_tree.as_ref()?;
@@ -338,7 +338,8 @@ impl PointResolver {
     /// Whether a key has a place in the manifest, or in the modal file if it names a number there.
     pub(super) fn has_place(&self, name: &str) -> bool {
         let file = self.0.modal_tree.as_ref();
-        !modal_keys::is_name(name) || file.is_some_and(|file| modal_keys::path(file, name).is_ok())
+        !modal_keys::is_modal_number_name(name)
+            || file.is_some_and(|file| modal_keys::path(file, name).is_ok())
     }
 
     /// Whether the points of the grid have a torque instead of a load.
@@ -383,7 +384,9 @@ impl PointResolver {
         let mut tree = kept.tree.clone();
         let samples = kept.keys.iter().zip(values);
         let samples = samples.map(|(key, value)| (key.axis.name(), key.sample(*value)));
-        let of_file = nodes.iter().any(|(name, _)| modal_keys::is_name(name));
+        let of_file = nodes
+            .iter()
+            .any(|(name, _)| modal_keys::is_modal_number_name(name));
         if let Some(file) = (kept.modal_tree.as_ref()).filter(|_| kept.modal_changed || of_file) {
             modal_keys::attach(&mut tree, file.clone());
         }
@@ -425,7 +428,7 @@ pub(super) struct Expansion {
     judged: Arc<JudgedCombinations>,
     between: PointResolver,
     /// Recently resolved combinations that were not judged, by number.
-    made: Arc<Mutex<HashMap<usize, Variant>>>,
+    recent_variants: Arc<Mutex<HashMap<usize, Variant>>>,
 }
 
 impl Expansion {
@@ -434,7 +437,7 @@ impl Expansion {
         Self {
             judged: Arc::new(judged),
             between,
-            made: Arc::default(),
+            recent_variants: Arc::default(),
         }
     }
 
@@ -470,19 +473,23 @@ impl Expansion {
             keys, combinations, ..
         } = &*self.between.0;
         let number = combinations.first_like(number);
-        let made = || self.made.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(known) = made().get(&number) {
+        let lock_variants = || {
+            self.recent_variants
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+        };
+        if let Some(known) = lock_variants().get(&number) {
             return (Cow::Owned(known.clone()), None);
         }
         let values = keys.iter().zip(combinations.places(number));
         let values: Vec<f64> = values.map(|(key, i)| key.axis.values.get(i)).collect();
         match self.between.combine(&values, Some(near)) {
             Ok(variant) => {
-                let mut made = made();
-                if made.len() >= MOST_KEPT {
-                    made.clear();
+                let mut variants = lock_variants();
+                if variants.len() >= MOST_KEPT {
+                    variants.clear();
                 }
-                made.insert(number, variant.clone());
+                variants.insert(number, variant.clone());
                 (Cow::Owned(variant), None)
             }
             Err(fault) => (Cow::Borrowed(near), Some(fault)),

@@ -116,12 +116,12 @@ pub fn read_changed(
 
 fn resolve_read_manifest(
     issues: Issues,
-    found: Result<usize, TextError>,
+    source: Result<usize, TextError>,
     name: &str,
     base_dir: &Path,
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
-    match found {
+    match source {
         Ok(source) => resolve_manifest(issues, source, base_dir, changes),
         Err(TextError::Reported) => Err(ManifestErrors::new(issues)),
         Err(TextError::Unreadable(error)) => {
@@ -279,7 +279,7 @@ fn change_modal_file(
     issues: &Issues,
     context: &mut Context,
 ) {
-    let of_file = |axis: &GridAxis| modal_keys::is_name(axis.axis.name());
+    let of_file = |axis: &GridAxis| modal_keys::is_modal_number_name(axis.axis.name());
     if axes.iter().any(of_file) || changed.iter().any(set::Changed::is_of_modal_file) {
         modal_file::attach(tree, issues, context);
         set::apply_to_modal_file(tree, changed, issues);

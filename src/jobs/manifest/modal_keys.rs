@@ -33,8 +33,8 @@ struct Place<'n> {
     below: Vec<String>,
 }
 
-/// Whether a name can only be that of a number of a modal file; it may be misspelt.
-pub(super) fn is_name(name: &str) -> bool {
+/// Whether a name has the form of a number in a modal file, even if it is misspelt.
+pub(super) fn is_modal_number_name(name: &str) -> bool {
     let in_table = |list| {
         name.strip_prefix(list)
             .is_some_and(|rest: &str| rest.starts_with('.'))
@@ -64,11 +64,11 @@ pub(super) fn nearest(name: &str) -> Option<String> {
 }
 
 fn form(path: &str, name: &str, index: &str) -> String {
-    let named = NAMED.iter().find_map(|list| {
+    let below_named_table = NAMED.iter().find_map(|list| {
         let rest = path.strip_prefix(list)?.strip_prefix(".*.")?;
         Some((format!("{list}.{name}."), rest))
     });
-    let (table, below) = named.unwrap_or((String::new(), path));
+    let (table, below) = below_named_table.unwrap_or((String::new(), path));
     let indexed = below.replace(".*.*", &format!("[{index},{index}]"));
     table + &indexed.replace(".*", &format!("[{index}]"))
 }
@@ -77,7 +77,7 @@ fn place(name: &str) -> Option<Place<'_>> {
     if schema::find(MANIFEST, name).is_some() {
         return None;
     }
-    let known = |path: String| {
+    let quantity_key = |path: String| {
         schema::find(MODAL_FILE, &path).filter(|key| matches!(key.kind, Kind::Quantity(_)))
     };
     let in_table = |list: &'static str| {
@@ -85,14 +85,14 @@ fn place(name: &str) -> Option<Place<'_>> {
         // The name of a table may contain dots.
         rest.match_indices('.').find_map(|(dot, _)| {
             let below = parts(&rest[dot + 1..])?;
-            let key = known(format!("{list}.0.{}", below.join(".")))?;
+            let key = quantity_key(format!("{list}.0.{}", below.join(".")))?;
             let table = Some((list, &rest[..dot]));
             Some(Place { key, table, below })
         })
     };
     NAMED.into_iter().find_map(in_table).or_else(|| {
         let below = parts(name)?;
-        let key = known(below.join("."))?;
+        let key = quantity_key(below.join("."))?;
         let unnamed = below.len() == 1 || !NAMED.contains(&below[0].as_str());
         unnamed.then_some(Place {
             key,
@@ -174,7 +174,7 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
             },
         )
         .collect();
-    let Some(index) = names.iter().position(|known| *known == entry_name) else {
+    let Some(index) = names.iter().position(|listed| *listed == entry_name) else {
         let near = schema::nearest(entry_name, &names);
         return Err(MissingElement {
             near: near.map(|near| name.replacen(entry_name, near, 1)),
@@ -190,7 +190,7 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
 ///
 /// Returns the end of the path as an error if it names a missing element.
 pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), MissingElement> {
-    if !is_name(name) {
+    if !is_modal_number_name(name) {
         let path: Vec<&str> = name.split('.').collect();
         return tree.put(&path, node);
     }
@@ -230,7 +230,7 @@ pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), Missing
 /// A text `KEY=VALUE`, with the key in quotes if it is the name of a number: bare keys may not contain brackets.
 pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
     match change.split_once('=') {
-        Some((name, value)) if is_name(name.trim()) && !name.contains(['"', '\'']) => {
+        Some((name, value)) if is_modal_number_name(name.trim()) && !name.contains(['"', '\'']) => {
             Cow::Owned(format!("\"{}\"={value}", name.trim()))
         }
         _ => Cow::Borrowed(change),
@@ -300,7 +300,7 @@ mod tests {
             ("contact.end stop. 2.gap", "contact.0.gap"),
             ("contact.end stop. 2.levels[1]", "contact.0.levels.0"),
         ] {
-            assert!(is_name(name), "{name}");
+            assert!(is_modal_number_name(name), "{name}");
             assert_eq!(number(&changed(name, 7.5).unwrap(), path), 7.5, "{name}");
         }
         let skew = changed("gyroscopic_matrix[1,2]", 0.5).unwrap();
@@ -321,7 +321,7 @@ mod tests {
             ("frequency[0]", "frequency[0]", Some("frequency[1]")),
             ("constant_load[1]", "constant_load", None),
         ] {
-            assert!(is_name(name), "{name}");
+            assert!(is_modal_number_name(name), "{name}");
             let end = changed(name, 1.0).unwrap_err();
             assert_eq!(
                 (end.holder.as_str(), end.near.as_deref()),
@@ -337,7 +337,7 @@ mod tests {
             "frequency.0",
             "damping",
         ] {
-            assert!(!is_name(other), "{other}");
+            assert!(!is_modal_number_name(other), "{other}");
         }
     }
 

@@ -104,9 +104,9 @@ impl Parameter {
 
 fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
     let table = name.split('.').next().unwrap_or_default();
-    let of_drive = |_: &&_| DRIVE_TABLES.contains(&table) || modal_keys::is_name(name);
-    let known = modal_keys::find(name).filter(of_drive);
-    match known {
+    let of_drive = |_: &&_| DRIVE_TABLES.contains(&table) || modal_keys::is_modal_number_name(name);
+    let key = modal_keys::find(name).filter(of_drive);
+    match key {
         None => Err(ParameterError::Unknown {
             name: name.to_owned(),
             near: nearest(name),
@@ -124,7 +124,7 @@ fn dimension_of(name: &str) -> Result<Dimension, ParameterError> {
 }
 
 fn nearest(name: &str) -> Option<String> {
-    if modal_keys::is_name(name) {
+    if modal_keys::is_modal_number_name(name) {
         return modal_keys::nearest(name);
     }
     let paths: Vec<&str> = (schema::all(MANIFEST))
@@ -212,23 +212,23 @@ impl PointResolver {
         let mut changed: BTreeMap<&str, f64> = (values.iter())
             .map(|(given_key, value)| (given_key.name(), *value))
             .collect();
-        let mut found = Vec::new();
+        let mut derived_values = Vec::new();
         for (key, dimension, expression) in self.derived() {
-            let moved = |name: &String| changed.contains_key(name.as_str());
-            if changed.contains_key(key.name()) || !expression.names().iter().any(moved) {
+            let has_changed = |name: &String| changed.contains_key(name.as_str());
+            if changed.contains_key(key.name()) || !expression.names().iter().any(has_changed) {
                 continue;
             }
             let value_of = |name: &str| {
-                let known = Parameter::new(AxisKey::of(name), Dimension::Ratio);
-                self.value(point, &known).unwrap_or(f64::NAN)
+                let parameter = Parameter::new(AxisKey::of(name), Dimension::Ratio);
+                self.value(point, &parameter).unwrap_or(f64::NAN)
             };
             let value = expression
                 .value(|name| changed.get(name).copied().unwrap_or_else(|| value_of(name)));
             let value = value.map_err(|why| format!("`{}`: {why}", key.name()))?;
             changed.insert(key.name(), value);
-            found.push((Parameter::new(key.clone(), *dimension), value));
+            derived_values.push((Parameter::new(key.clone(), *dimension), value));
         }
-        Ok(found)
+        Ok(derived_values)
     }
 
     /// The point with other values of some parameters.
@@ -244,8 +244,10 @@ impl PointResolver {
         let mut out = point.clone();
         let mut torque = self.value_of_torque(point);
         let mut nodes: Vec<(&str, Node)> = Vec::new();
-        let given = values.iter().copied();
-        for (parameter, value) in given.chain(derived.iter().map(|(key, value)| (key, *value))) {
+        let assignments = values.iter().copied();
+        for (parameter, value) in
+            assignments.chain(derived.iter().map(|(key, value)| (key, *value)))
+        {
             match &parameter.key {
                 AxisKey::Load => (out.load, torque) = (value, None),
                 AxisKey::Torque => {

@@ -24,7 +24,7 @@ pub(super) struct Changed {
 impl Changed {
     /// Whether the key names a number of the modal file.
     pub fn is_of_modal_file(&self) -> bool {
-        self.path[0] != "grid" && modal_keys::is_name(&self.name())
+        self.path[0] != "grid" && modal_keys::is_modal_number_name(&self.name())
     }
 
     fn name(&self) -> String {

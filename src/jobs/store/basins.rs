@@ -1,22 +1,22 @@
 //! The columns of `basins.parquet`.
 
 use super::file::Row;
-use super::point_row::{OfPoint, PointRow};
+use super::point_row::{PointRow, ResultOfPoint};
 use super::table::{Table, columns};
 use crate::analysis::{CellOutcome, Class};
 
-impl Row for OfPoint<CellOutcome> {}
+impl Row for ResultOfPoint<CellOutcome> {}
 
 /// Takes the rows of a point.
-pub(super) fn cell_rows(point: &mut PointRow) -> Vec<OfPoint<CellOutcome>> {
+pub(super) fn cell_rows(point: &mut PointRow) -> Vec<ResultOfPoint<CellOutcome>> {
     let outcomes = point.multistability.iter_mut();
     let cells = outcomes.flat_map(|outcome| std::mem::take(&mut outcome.cells));
-    OfPoint::all(point.point_id, cells)
+    ResultOfPoint::all(point.point_id, cells)
 }
 
 /// Columns of `basins.parquet`.
-pub fn basins_table() -> Table<OfPoint<CellOutcome>> {
-    Table::new(columns![row: OfPoint<CellOutcome>;
+pub fn basins_table() -> Table<ResultOfPoint<CellOutcome>> {
+    Table::new(columns![row: ResultOfPoint<CellOutcome>;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         u32 "i", "1", row.result.column, "Column of the cell in the slice, from 0 at the smallest x";
         u32 "j", "1", row.result.row, "Row of the cell in the slice, from 0 at the smallest y";

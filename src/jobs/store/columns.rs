@@ -9,7 +9,7 @@ use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
 use super::nvh::{listed, nvh_columns};
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
-use super::point_row::{OfPoint, PointRow};
+use super::point_row::{PointRow, ResultOfPoint};
 use super::refined::level_columns;
 use super::samples::sample_columns;
 use super::table::{Column, Table, columns};
@@ -33,13 +33,13 @@ pub struct SpectrumRow {
     pub line: SpectrumLine,
 }
 
-impl Row for OfPoint<PoincareSample> {}
+impl Row for ResultOfPoint<PoincareSample> {}
 
 impl Row for SpectrumRow {}
 
 /// Takes the samples of a point.
-pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<OfPoint<PoincareSample>> {
-    OfPoint::all(point.point_id, std::mem::take(&mut point.outcome.poincare))
+pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<ResultOfPoint<PoincareSample>> {
+    ResultOfPoint::all(point.point_id, std::mem::take(&mut point.outcome.poincare))
 }
 
 /// Takes the spectral lines of a point.
@@ -103,8 +103,10 @@ pub fn points_table(layout: &ResultLayout) -> Result<Table<PointRow>, StoreError
     columns.extend(work_columns());
     for column in &mut columns {
         let column_list = listed(&column.name);
-        let named = elements.iter().find(|(list, _)| Some(*list) == column_list);
-        column.elements = named.map(|(_, names)| names.clone()).unwrap_or_default();
+        let list_elements = elements.iter().find(|(list, _)| Some(*list) == column_list);
+        column.elements = list_elements
+            .map(|(_, names)| names.clone())
+            .unwrap_or_default();
     }
     for axis in axes {
         if columns
@@ -201,9 +203,9 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Mean speed of impacts in the chaos that every trajectory left";
         f64 "transient_impact_velocity_stderr", "m/s", row.chaos_averages()?.impact_velocity?[1],
             "Standard error of transient_impact_velocity";
-        list "chain_lengths", "1", &*row.chain_record()?.lengths,
+        list "chain_lengths", "1", &*row.growth_record()?.lengths,
             "Number of growth averages over ten mesh cycles kept per trajectory; null without analyses.lyapunov.chains";
-        list "chain_growth", "1/cycle", &*row.chain_record()?.growth,
+        list "chain_growth", "1/cycle", &*row.growth_record()?.growth,
             "These growth averages, one trajectory after the other";
         f64 "events_per_cycle", "1/cycle", row.outcome.events_per_cycle,
             "Contact-state changes per measured mesh cycle";
@@ -235,8 +237,8 @@ fn work_columns() -> Vec<Column<PointRow>> {
 }
 
 /// Columns of `poincare.parquet`.
-pub fn poincare_table() -> Table<OfPoint<PoincareSample>> {
-    Table::new(columns![row: OfPoint<PoincareSample>;
+pub fn poincare_table() -> Table<ResultOfPoint<PoincareSample>> {
+    Table::new(columns![row: ResultOfPoint<PoincareSample>;
         u64 "point_id", "1", row.point_id, "The point, as in points.parquet";
         u64 "cycle", "mesh cycles", row.result.cycle,
             "Mesh cycle, counted from the start of the simulation";

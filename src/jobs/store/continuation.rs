@@ -202,8 +202,11 @@ fn detail(bifurcation: &Bifurcation) -> String {
         Kind::Torus => bifurcation.resonance().map(|q| format!("resonance 1:{q}")),
         _ => None,
     };
-    let lost = bifurcation.lost.as_ref().map(ToString::to_string);
-    let notes: Vec<String> = what.into_iter().chain(lost).collect();
+    let unfollowed_branch = bifurcation
+        .unfollowed_branch
+        .as_ref()
+        .map(ToString::to_string);
+    let notes: Vec<String> = what.into_iter().chain(unfollowed_branch).collect();
     notes.join("; ")
 }
 
@@ -250,12 +253,12 @@ fn axis_columns<R: 'static>(
     axes: &[AxisColumn],
     value: fn(&R, usize) -> Option<f64>,
 ) -> Vec<Column<R>> {
-    let of = |(index, axis): (usize, &AxisColumn)| {
+    let axis_column = |(index, axis): (usize, &AxisColumn)| {
         columns![row: R;
             f64 &axis.name, &axis.unit, value(row, index), &format!("Axis {}", axis.name);
         ]
     };
-    axes.iter().enumerate().flat_map(of).collect()
+    axes.iter().enumerate().flat_map(axis_column).collect()
 }
 
 fn orbit_columns<R: 'static>(orbit: fn(&R) -> Option<&OrbitColumns>) -> Vec<Column<R>> {

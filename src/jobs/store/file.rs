@@ -385,10 +385,10 @@ fn check_layout(folder: &Path, kind: TableKind, shard: Option<Shard>) -> Result<
 mod tests {
     use super::*;
     use crate::analysis::{PoincareSample, SampleKind};
-    use crate::store::{OfPoint, poincare_table};
+    use crate::store::{ResultOfPoint, poincare_table};
     use std::fs::OpenOptions;
 
-    fn row(point_id: u64) -> OfPoint<PoincareSample> {
+    fn row(point_id: u64) -> ResultOfPoint<PoincareSample> {
         let result = PoincareSample {
             cycle: point_id,
             phase: 0.0,
@@ -396,7 +396,7 @@ mod tests {
             velocity: 2e-3,
             kind: SampleKind::Strobe,
         };
-        OfPoint { point_id, result }
+        ResultOfPoint { point_id, result }
     }
 
     #[test]

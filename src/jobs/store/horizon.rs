@@ -2,23 +2,23 @@
 
 use super::PointRow;
 use super::file::Row;
-use super::point_row::OfPoint;
+use super::point_row::ResultOfPoint;
 use super::table::{Column, Table, columns};
 use crate::analysis::HorizonMeasure;
 
-impl Row for OfPoint<HorizonMeasure> {}
+impl Row for ResultOfPoint<HorizonMeasure> {}
 
 /// Takes the rows of a point.
-pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<OfPoint<HorizonMeasure>> {
+pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<ResultOfPoint<HorizonMeasure>> {
     let outcomes = point.horizon.iter_mut();
     let measures = outcomes.flat_map(|outcome| std::mem::take(&mut outcome.measures));
-    OfPoint::all(point.point_id, measures)
+    ResultOfPoint::all(point.point_id, measures)
 }
 
 /// Columns of `horizon.parquet`.
-pub fn horizon_table() -> Table<OfPoint<HorizonMeasure>> {
+pub fn horizon_table() -> Table<ResultOfPoint<HorizonMeasure>> {
     const UNIT: &str = "half gaps (separation), 1/cycle (exponent), N (forces) or m (deflection)";
-    Table::new(columns![row: OfPoint<HorizonMeasure>;
+    Table::new(columns![row: ResultOfPoint<HorizonMeasure>;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         text "quantity", "", row.result.quantity.name(),
             "separation: distance of twins; exponent: growth of a tangent vector; force, deflection: \

@@ -12,7 +12,9 @@ use std::path::{Path, PathBuf};
 use super::checksum::RecordedTables;
 use super::file::{ClosedTable, create_folder, remove_stale, table_path};
 use super::interleave::{Interleaved, Source, interleave};
-use super::run::{KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed};
+use super::run::{
+    KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed_instructions_warning,
+};
 use super::table_kind::TableKind;
 use super::{StoreError, read_runs, write_run};
 
@@ -117,8 +119,8 @@ const LISTED: usize = 8;
 
 /// The first entries of a list, and the total if there are more.
 fn list(numbers: &[u64], all: u64) -> String {
-    let shown: Vec<String> = numbers.iter().take(LISTED).map(u64::to_string).collect();
-    let mut text = shown.join(", ");
+    let texts: Vec<String> = numbers.iter().take(LISTED).map(u64::to_string).collect();
+    let mut text = texts.join(", ");
     if all > LISTED as u64 {
         text += &format!(" … ({all} in all)");
     }
@@ -166,7 +168,7 @@ pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
 fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
     let mut parts: BTreeMap<u32, Part> = BTreeMap::new();
     for given in folders {
-        for (folder, record) in recorded(given)? {
+        for (folder, record) in records_below(given)? {
             let shard = record.shard.ok_or_else(|| MergeError::Whole {
                 folder: folder.clone(),
             })?;
@@ -177,7 +179,7 @@ fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
                 record,
             };
             if let Some(first) = parts.values().next() {
-                alike(first, &part)?;
+                check_same_job(first, &part)?;
             }
             if let Some(there) = parts.get(&part.index) {
                 return Err(MergeError::Twice {
@@ -210,37 +212,37 @@ fn parts(folders: &[PathBuf]) -> Result<Vec<Part>, MergeError> {
 }
 
 /// The records of a folder, or else of its subfolders, with their paths.
-fn recorded(given: &Path) -> Result<Vec<(PathBuf, RunRecord)>, MergeError> {
-    let of = |folder: &Path| -> Result<Vec<(PathBuf, RunRecord)>, StoreError> {
+fn records_below(folder: &Path) -> Result<Vec<(PathBuf, RunRecord)>, MergeError> {
+    let records_of = |folder: &Path| -> Result<Vec<(PathBuf, RunRecord)>, StoreError> {
         let records = read_runs(folder)?.into_iter();
         Ok(records
             .map(|record| (folder.to_path_buf(), record))
             .collect())
     };
-    let mut found = Vec::new();
-    if given.is_dir() {
-        found = of(given)?;
-        let refused = |error| StoreError::io(given, "read", error);
-        if found.is_empty() {
-            for entry in fs::read_dir(given).map_err(refused)? {
-                let folder = entry.map_err(refused)?.path();
-                if folder.is_dir() {
-                    found.extend(of(&folder)?);
+    let mut records = Vec::new();
+    if folder.is_dir() {
+        records = records_of(folder)?;
+        let read_error = |error| StoreError::io(folder, "read", error);
+        if records.is_empty() {
+            for entry in fs::read_dir(folder).map_err(read_error)? {
+                let subfolder = entry.map_err(read_error)?.path();
+                if subfolder.is_dir() {
+                    records.extend(records_of(&subfolder)?);
                 }
             }
         }
     }
-    if found.is_empty() {
+    if records.is_empty() {
         Err(MergeError::NoRun {
-            folder: given.to_path_buf(),
+            folder: folder.to_path_buf(),
         })
     } else {
-        Ok(found)
+        Ok(records)
     }
 }
 
 /// Checks that two shards belong to the same split of one job by one program.
-fn alike(first: &Part, other: &Part) -> Result<(), MergeError> {
+fn check_same_job(first: &Part, other: &Part) -> Result<(), MergeError> {
     let facts = |part: &Part| {
         [
             ("the manifest", part.record.manifest_hash.clone()),
@@ -293,12 +295,12 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
                 without: &none,
             })
             .collect();
-        let named = |source: &Source<'_>| source.recorded.lists(&source.path);
-        if kind != TableKind::Points && !sources.iter().any(named) {
+        let lists_table = |source: &Source<'_>| source.recorded.lists(&source.path);
+        if kind != TableKind::Points && !sources.iter().any(lists_table) {
             continue;
         }
         let mut census = Census::new(parts.len());
-        let met = |point_id, part: usize, rows| {
+        let count_point = |point_id, part: usize, rows| {
             if point_id >= points {
                 return Err(StoreError::PointBeyond {
                     path: sources[part].path.clone(),
@@ -309,7 +311,7 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
             census.count(point_id, part, rows);
             Ok(())
         };
-        joined.push(interleave(&sources, out, kind, None, met)?);
+        joined.push(interleave(&sources, out, kind, None, count_point)?);
         if kind == TableKind::Points {
             census.check(parts, &sources)?;
         }
@@ -324,7 +326,7 @@ struct Census {
     /// The first missing points.
     missing: Vec<u64>,
     /// Number of points so far.
-    met: u64,
+    points: u64,
     /// Number of rows in each part.
     rows: Vec<u64>,
 }
@@ -334,7 +336,7 @@ impl Census {
         Self {
             next: 0,
             missing: Vec::new(),
-            met: 0,
+            points: 0,
             rows: vec![0; parts],
         }
     }
@@ -343,7 +345,7 @@ impl Census {
         let open = LISTED - self.missing.len();
         self.missing.extend((self.next..point_id).take(open));
         self.next = point_id + 1;
-        self.met += 1;
+        self.points += 1;
         self.rows[part] += rows;
     }
 
@@ -362,7 +364,7 @@ impl Census {
             Ok(())
         } else {
             Err(MergeError::PointsMissing {
-                all: self.next - self.met,
+                all: self.next - self.points,
                 missing: self.missing,
             })
         }
@@ -406,7 +408,7 @@ fn record(parts: &[Part]) -> RunRecord {
             }
         }
     }
-    warnings.extend(mixed(used).filter(|warning| !warnings.contains(warning)));
+    warnings.extend(mixed_instructions_warning(used).filter(|warning| !warnings.contains(warning)));
     whole.totals = totals;
     whole.warnings = warnings;
     whole.placement.threads_asked = None;

@@ -92,7 +92,7 @@ pub use nvh::ListElement;
 pub use open::is_decoding;
 pub use orbits::{OrbitRow, orbits_table};
 pub use orders::{OrderRow, orders_table};
-pub use point_row::{AxisColumn, OfPoint, Placement, PointRow};
+pub use point_row::{AxisColumn, Placement, PointRow, ResultOfPoint};
 pub use probes::probes_table;
 pub use read::{
     ColumnHead, ColumnKind, ResultTable, present_tables, read_run, read_runs, record_paths, verify,
@@ -101,7 +101,7 @@ pub use refined::RefinedColumns;
 pub use replace::{Exchange, replace, statuses};
 pub use run::{
     KernelRecord, MachineRecord, PlacementRecord, ProgramRecord, RetryRecord, RunRecord, RunState,
-    ShardRecord, Totals, mixed, run_path, write_run,
+    ShardRecord, Totals, mixed_instructions_warning, run_path, write_run,
 };
 pub use run_up::{
     contact_changes_table, levels_table, order_tracks_table, signals_table, spectrogram_table,

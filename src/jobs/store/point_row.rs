@@ -3,7 +3,7 @@
 use super::chain_part::ChainPart;
 use super::mesh_under_load::MeshUnderLoad;
 use crate::analysis::{
-    ChainRecord, ChaosAverages, CovariantOutcome, HorizonOutcome, LyapunovOutcome,
+    ChaosAverages, CovariantOutcome, GrowthRecord, HorizonOutcome, LyapunovOutcome,
     MultistabilityOutcome, OrbitSurvey, PointOutcome,
 };
 use serde::{Deserialize, Serialize};
@@ -58,18 +58,18 @@ pub struct PointRow {
 
 /// One of several results of a point: a row of another table.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfPoint<T> {
+pub struct ResultOfPoint<T> {
     /// The point.
     pub point_id: u64,
     /// The result.
     pub result: T,
 }
 
-impl<T> OfPoint<T> {
+impl<T> ResultOfPoint<T> {
     /// The rows of all results of a point.
-    pub(super) fn all(point_id: u64, found: impl IntoIterator<Item = T>) -> Vec<Self> {
+    pub(super) fn all(point_id: u64, results: impl IntoIterator<Item = T>) -> Vec<Self> {
         let row = |result| Self { point_id, result };
-        found.into_iter().map(row).collect()
+        results.into_iter().map(row).collect()
     }
 }
 
@@ -78,7 +78,7 @@ impl PointRow {
         self.outcome.chaos.as_ref()?.averages_before_exit.as_ref()
     }
 
-    pub(super) fn chain_record(&self) -> Option<&ChainRecord> {
+    pub(super) fn growth_record(&self) -> Option<&GrowthRecord> {
         self.outcome.evidence.as_ref()?.chains.as_ref()
     }
 

@@ -1,26 +1,26 @@
 //! The columns of `probes.parquet`.
 
 use super::file::Row;
-use super::point_row::{OfPoint, PointRow};
+use super::point_row::{PointRow, ResultOfPoint};
 use super::table::{Table, columns};
 use crate::analysis::{Class, ProbeOutcome};
 
-impl Row for OfPoint<ProbeOutcome> {
+impl Row for ResultOfPoint<ProbeOutcome> {
     fn list_bytes(&self) -> usize {
         self.result.reason.len()
     }
 }
 
 /// Takes the rows of a point.
-pub(super) fn probe_rows(point: &mut PointRow) -> Vec<OfPoint<ProbeOutcome>> {
+pub(super) fn probe_rows(point: &mut PointRow) -> Vec<ResultOfPoint<ProbeOutcome>> {
     let outcomes = point.multistability.iter_mut();
     let probes = outcomes.flat_map(|outcome| std::mem::take(&mut outcome.probes));
-    OfPoint::all(point.point_id, probes)
+    ResultOfPoint::all(point.point_id, probes)
 }
 
 /// Columns of `probes.parquet`.
-pub fn probes_table() -> Table<OfPoint<ProbeOutcome>> {
-    Table::new(columns![row: OfPoint<ProbeOutcome>;
+pub fn probes_table() -> Table<ResultOfPoint<ProbeOutcome>> {
+    Table::new(columns![row: ResultOfPoint<ProbeOutcome>;
         u64 "point_id", "1", row.point_id, "Row-major index into the grid";
         u32 "probe_id", "1", row.result.probe_id, "Initial condition of the point; 0 is run.initial";
         f64 "amplitude", "half gaps", row.result.amplitude,

@@ -226,7 +226,7 @@ impl MachineRecord {
 }
 
 /// A warning if points were computed with several instructions; `None` if all of these give the same bits.
-pub fn mixed(instructions: &[String]) -> Option<String> {
+pub fn mixed_instructions_warning(instructions: &[String]) -> Option<String> {
     let kind = |name: &str| {
         match name {
             "avx512" | "avx2" => "fused",
@@ -402,8 +402,9 @@ pub(super) mod tests {
 
     #[test]
     fn instructions_are_mixed_where_their_bits_differ() {
-        let mixed =
-            |names: &[&str]| mixed(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>());
+        let warning_of = |names: &[&str]| {
+            mixed_instructions_warning(&names.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>())
+        };
         for equal in [
             &["avx2"][..],
             &["avx512", "avx2"],
@@ -411,14 +412,14 @@ pub(super) mod tests {
             &["baseline"],
             &[],
         ] {
-            assert_eq!(mixed(equal), None, "{equal:?}");
+            assert_eq!(warning_of(equal), None, "{equal:?}");
         }
         for unlike in [
             ["avx2", "baseline"],
             ["portable", "avx512"],
             ["baseline", "portable"],
         ] {
-            let message = mixed(&unlike).unwrap();
+            let message = warning_of(&unlike).unwrap();
             assert!(
                 unlike.iter().all(|name| message.contains(name)),
                 "{message}"

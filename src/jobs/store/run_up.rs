@@ -34,16 +34,16 @@ impl Row for InstantRow {
 
 /// A row about one signal.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OfSignal<T> {
+pub struct SignalRow<T> {
     signal: Named,
     value: T,
 }
 
-impl Row for OfSignal<OrderPoint> {}
+impl Row for SignalRow<OrderPoint> {}
 
-impl Row for OfSignal<Level> {}
+impl Row for SignalRow<Level> {}
 
-impl Row for OfSignal<SpectrumRow> {
+impl Row for SignalRow<SpectrumRow> {
     fn list_bytes(&self) -> usize {
         size_of_val(&self.value.amplitudes[..])
     }
@@ -73,8 +73,8 @@ pub fn signals_table(signals: &[[String; 2]]) -> Table<InstantRow> {
 }
 
 /// Columns of `order_tracks.parquet`.
-pub fn order_tracks_table() -> Table<OfSignal<OrderPoint>> {
-    Table::new(columns![row: OfSignal<OrderPoint>;
+pub fn order_tracks_table() -> Table<SignalRow<OrderPoint>> {
+    Table::new(columns![row: SignalRow<OrderPoint>;
         f64 "time", "s", row.value.time, TIME;
         f64 "speed", "rad/s", row.value.speed, SPEED;
         text "signal", "", &*row.signal[0], SIGNALS;
@@ -87,8 +87,8 @@ pub fn order_tracks_table() -> Table<OfSignal<OrderPoint>> {
 }
 
 /// Columns of `levels.parquet`.
-pub fn levels_table() -> Table<OfSignal<Level>> {
-    Table::new(columns![row: OfSignal<Level>;
+pub fn levels_table() -> Table<SignalRow<Level>> {
+    Table::new(columns![row: SignalRow<Level>;
         f64 "time", "s", row.value.time, TIME;
         f64 "speed", "rad/s", row.value.speed, SPEED;
         f64 "load", "1", row.value.load, LOAD;
@@ -107,8 +107,8 @@ pub fn levels_table() -> Table<OfSignal<Level>> {
 }
 
 /// Columns of `spectrogram.parquet`.
-pub fn spectrogram_table() -> Table<OfSignal<SpectrumRow>> {
-    Table::new(columns![row: OfSignal<SpectrumRow>;
+pub fn spectrogram_table() -> Table<SignalRow<SpectrumRow>> {
+    Table::new(columns![row: SignalRow<SpectrumRow>;
         f64 "time", "s", row.value.time, TIME;
         f64 "speed", "rad/s", row.value.speed, SPEED;
         text "signal", "", &*row.signal[0], SIGNALS;
@@ -138,8 +138,8 @@ fn named<T>(
     rows: Vec<T>,
     names: &[Named],
     signal: impl Fn(&T) -> usize,
-) -> impl Iterator<Item = OfSignal<T>> {
-    rows.into_iter().map(move |value| OfSignal {
+) -> impl Iterator<Item = SignalRow<T>> {
+    rows.into_iter().map(move |value| SignalRow {
         signal: names[signal(&value)].clone(),
         value,
     })

@@ -118,8 +118,8 @@ impl CycleMap {
     pub fn new(mut point: PointSpec, parts: Arc<Prepared>) -> Result<Self, MapError> {
         let model = parts.model(&point)?;
         let point_kernel = PointKernel::of(&point, &model, &parts)?;
-        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(point_kernel.taken);
-        let kernel = match point_kernel.taken {
+        Arc::make_mut(&mut point.run).kernel = KernelSetting::Named(point_kernel.choice);
+        let kernel = match point_kernel.choice {
             KernelChoice::Volterra => MapKernel::Kept(Box::new(Volterra::of(
                 model,
                 f64::EPSILON,
@@ -381,14 +381,14 @@ struct MapObservers<'a> {
 impl<'a> MapObservers<'a> {
     fn new(mapping: &MapRequest<'a>, start: &TrajectoryState) -> Self {
         let config = mapping.config;
-        let of = |by: &'a Model| {
+        let tangent_of = |by: &'a Model| {
             let zero = vec![0.0; start.state.len()];
             ParameterTangent::new(mapping.model, by, &start.state, zero, ())
         };
         Self {
             cycles: config.cycles,
             events: config.events.then(Vec::new),
-            tangents: config.by.iter().map(of).collect(),
+            tangents: config.by.iter().map(tangent_of).collect(),
         }
     }
 

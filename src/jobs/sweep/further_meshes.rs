@@ -58,8 +58,12 @@ fn with_divisions<'s>(
     divisions: impl Fn(usize, &DrawnLaw, f64) -> Result<Vec<Division>, MeshError>,
 ) -> Result<Cow<'s, ModalStructure>, FurtherMeshError> {
     let laws = each(structure, point, |contact, drawn, force| {
-        let found = divisions(contact, drawn, force)?;
-        let laws = (drawn.beside).on_both_flanks(&found, drawn.friction, drawn.symmetry);
+        let mesh_divisions = divisions(contact, drawn, force)?;
+        let laws = (drawn.undrawn_properties).on_both_flanks(
+            &mesh_divisions,
+            drawn.friction,
+            drawn.symmetry,
+        );
         Ok((contact, laws))
     })?;
     if laws.is_empty() {

@@ -6,7 +6,7 @@ use super::run::{Finished, Options, Sweep, SweepError};
 use crate::manifest::Job;
 use crate::store::{
     Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Stopwatch,
-    StoreError, TableStore, Totals, mixed, write_run,
+    StoreError, TableStore, Totals, mixed_instructions_warning, write_run,
 };
 use crate::topology::Topology;
 use std::path::Path;
@@ -86,7 +86,7 @@ impl JobRun<'_> {
         } = self;
         let mut journal = Journal::open(folder, &job.hash, options.shard, self.fresh)?;
         let instructions = journal.instructions();
-        warnings.extend(mixed(&instructions));
+        warnings.extend(mixed_instructions_warning(&instructions));
         let parts = Prepared::of_job(job, self.tables);
         for warning in &warnings {
             watcher.warning(warning);

@@ -2,7 +2,7 @@
 
 use super::first_force::{first_force, friction};
 use super::further_meshes::{self, FurtherMeshError};
-use super::mesh_divisions::course;
+use super::mesh_divisions::joined_pieces;
 use super::mesh_error::MeshError;
 use super::mesh_tables::{MeshTables, flank_load};
 use crate::gear::{CycleDivision, MeshTableCycle, MeshTableSpec};
@@ -21,7 +21,7 @@ pub struct LoadedMesh {
     pub stiffness: [f64; 3],
     /// Mean number of pairs that carry load.
     pub contact_ratio: f64,
-    /// Number of pieces of the course ([`MeshCourse`](crate::gear::MeshCourse)), with the error of their stiffness and
+    /// Number of joined pieces ([`JoinedPieces`](crate::gear::JoinedPieces)), with the error of their stiffness and
     /// of their friction and load centroid; `None` if the mesh has segments or springs.
     pub course: Option<(usize, [f64; 2])>,
 }
@@ -38,10 +38,10 @@ impl LoadedMesh {
                 CycleDivision::Pairs { .. } => None,
                 CycleDivision::Segments(_) if spec.stiffness.is_tangent() => None,
                 _ => {
-                    let course = course(friction, spec, cycle);
+                    let joined_pieces = joined_pieces(friction, spec, cycle);
                     Some((
-                        course.pieces.len(),
-                        [course.stiffness_error, course.turning_error],
+                        joined_pieces.pieces.len(),
+                        [joined_pieces.stiffness_error, joined_pieces.turning_error],
                     ))
                 }
             },

@@ -1,7 +1,7 @@
 //! How does a computed mesh become divisions of the model's mesh cycle?
 
 use crate::gear::{
-    CourseAccuracy, CycleDivision, MeshCourse, MeshSprings, MeshTableCycle, MeshTablePiece,
+    CycleDivision, JoinedPieces, JoiningAccuracy, MeshSprings, MeshTableCycle, MeshTablePiece,
     MeshTableSpec, NODES,
 };
 use crate::model::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
@@ -10,13 +10,13 @@ use crate::numerics::legendre::transforms8;
 /// A break of a table does not divide a segment if it is closer than this to an end of equal segments \[cycles\].
 const SAME_END: f64 = 1e-9;
 
-/// Largest relative error of a course's stiffness, times the length of a piece.
-const COURSE_TOLERANCE: f64 = 1e-5;
+/// Largest relative error of the stiffness of a joined piece, times the length of a piece.
+const STIFFNESS_TOLERANCE: f64 = 1e-5;
 
 /// Largest relative deviation of load centroid and friction from the means of a piece, times its length.
 const TURNING_TOLERANCE: f64 = 2.5e-4;
 
-/// Pieces of a course up to this length \[cycles\] have means, whatever the deviation.
+/// Joined pieces up to this length \[cycles\] have means, whatever the deviation.
 const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 // A piece of a table becomes the stiffness of a segment term by term.
@@ -36,7 +36,7 @@ pub(super) fn spring_divisions(
     } else {
         (0..slices).collect()
     };
-    let course = |slice: usize, number: usize| -> Vec<Division> {
+    let divisions_of_pair = |slice: usize, number: usize| -> Vec<Division> {
         (springs.stretches.iter())
             .map(|stretch| Division {
                 load_centre: springs.centres[slice],
@@ -54,7 +54,7 @@ pub(super) fn spring_divisions(
     };
     (0..most)
         .flat_map(|number| order.iter().map(move |&slice| (slice, number)))
-        .map(|(slice, number)| course(slice, number))
+        .map(|(slice, number)| divisions_of_pair(slice, number))
         .collect()
 }
 
@@ -81,11 +81,15 @@ pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> 
         .collect()
 }
 
-/// The course for integrating a mesh, unless it uses means of the tangent stiffness over segments. Its pieces are at
+/// The joined pieces for integrating a mesh, unless it uses means of the tangent stiffness over segments. They are at
 /// least as long as a segment.
-pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle) -> MeshCourse {
-    cycle.course(CourseAccuracy {
-        stiffness: COURSE_TOLERANCE,
+pub(super) fn joined_pieces(
+    friction: f64,
+    spec: &MeshTableSpec,
+    cycle: &MeshTableCycle,
+) -> JoinedPieces {
+    cycle.joined_pieces(JoiningAccuracy {
+        stiffness: STIFFNESS_TOLERANCE,
         turning: TURNING_TOLERANCE,
         shortest: match spec.division {
             CycleDivision::Segments(count) => 1.0 / f64::from(count),
@@ -97,10 +101,10 @@ pub(super) fn course(friction: f64, spec: &MeshTableSpec, cycle: &MeshTableCycle
     })
 }
 
-/// The divisions of a course; with the error of loaded flanks if `with_error`.
-pub(super) fn course_divisions(course: &MeshCourse, with_error: bool) -> Vec<Division> {
+/// The divisions of joined pieces; with the error of loaded flanks if `with_error`.
+pub(super) fn divisions_of_pieces(joined_pieces: &JoinedPieces, with_error: bool) -> Vec<Division> {
     let error = |flank_error| if with_error { flank_error } else { FlankError::NONE };
-    (course.pieces.iter().map(MeshTablePiece::division))
+    (joined_pieces.pieces.iter().map(MeshTablePiece::division))
         .map(|division| Division {
             error: error(division.error),
             ..division
@@ -122,15 +126,15 @@ fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
     ends
 }
 
-/// A course between two phases inside one piece.
+/// A series between two phases inside one piece.
 fn part(
     pieces: &[MeshTablePiece],
     [start, end]: [f64; 2],
-    course: impl Fn(&MeshTablePiece) -> [f64; NODES],
+    series_of: impl Fn(&MeshTablePiece) -> [f64; NODES],
 ) -> [f64; NODES] {
     let middle = 0.5 * (start + end);
     let after = pieces.partition_point(|piece| piece.end <= middle);
     let piece = &pieces[after.min(pieces.len() - 1)];
     let place = |phase: f64| (2.0 * phase - piece.start - piece.end) / (piece.end - piece.start);
-    transforms8().restrict(&course(piece), place(start), place(end))
+    transforms8().restrict(&series_of(piece), place(start), place(end))
 }

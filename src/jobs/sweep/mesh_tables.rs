@@ -1,7 +1,7 @@
 //! Mesh tables of a job: fetched from the cache or computed, once for all points that share one.
 
 use super::first_force::{first_force, friction};
-use super::mesh_divisions::{course, course_divisions, segments};
+use super::mesh_divisions::{divisions_of_pieces, joined_pieces, segments};
 use super::mesh_error::MeshError;
 use super::node_copies::NodeCopies;
 use super::pair_meshes::PairSprings;
@@ -22,7 +22,7 @@ use std::sync::{Arc, Mutex};
 /// Longest piece of a table, in mesh cycles: polynomials would not resolve longer ones.
 const LONGEST_PIECE: f64 = 0.25;
 
-/// Largest relative error of a table: a tenth of the tolerance of its course.
+/// Largest relative error of a table: a tenth of the tolerance of its joined pieces.
 const TABLE_TOLERANCE: f64 = 1e-6;
 
 /// Largest number of meshes under their loads in memory, each of some 100 KB.
@@ -210,7 +210,7 @@ impl MeshTables {
                 CycleDivision::Segments(count) if spec.stiffness.is_tangent() => {
                     segments(&cycle, count, with_error)
                 }
-                _ => course_divisions(&course(load.friction, spec, &cycle), with_error),
+                _ => divisions_of_pieces(&joined_pieces(load.friction, spec, &cycle), with_error),
             },
             further: Vec::new(),
             tooth_cycles: Default::default(),

@@ -90,7 +90,7 @@ impl StepTimer {
 impl PointResult {
     fn failed(point: &PointSpec, reason: String) -> Self {
         Self {
-            outcome: PointOutcome::unanswered(Status::Failed, reason),
+            outcome: PointOutcome::without_results(Status::Failed, reason),
             multistability: None,
             orbits: None,
             horizon: None,
@@ -174,7 +174,7 @@ fn build_and_compute(
         .transpose()?;
     let task = |kernel: &PointKernel| PointTask {
         model: &model,
-        kernel: kernel.taken.name(),
+        kernel: kernel.choice.name(),
         start: start.clone(),
         initial: initial.clone(),
         mesh,
@@ -234,9 +234,9 @@ impl KernelUse for PointTask<'_> {
         let orbits = match &self.analyses.orbits {
             Some(config) if whole => {
                 let mut onward = trajectory.clone();
-                let found = survey_orbits(model, kernel, &mut onward, config, interrupt)?;
-                outcome.cycles += found.cycles;
-                Some(found)
+                let survey = survey_orbits(model, kernel, &mut onward, config, interrupt)?;
+                outcome.cycles += survey.cycles;
+                Some(survey)
             }
             _ => None,
         };
@@ -259,12 +259,12 @@ impl KernelUse for PointTask<'_> {
         laps.end(Step::Horizon, horizon.is_some());
         let aperiodic = chaotic || whole && outcome.class == Some(Class::QuasiPeriodic);
         let covariant_config = self.analyses.covariant.filter(|_| aperiodic);
-        let found = covariant_config.map(|config| {
+        let vectors = covariant_config.map(|config| {
             covariant_vectors(model, kernel, &trajectory, &config, self.seed, interrupt)
         });
-        let covariant = match found {
+        let covariant = match vectors {
             None => None,
-            Some(Ok(found)) => Some(found),
+            Some(Ok(vectors)) => Some(vectors),
             Some(Err(CovariantError::Interrupted(interrupt))) => return Err(interrupt),
             Some(Err(error)) => {
                 let reason = &mut outcome.reason;

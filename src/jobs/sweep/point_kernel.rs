@@ -14,7 +14,7 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub struct PointKernel {
     /// The chosen kernel.
-    pub taken: KernelChoice,
+    pub choice: KernelChoice,
     /// Reason for the choice, if the program chose it.
     pub why: Option<Why>,
     /// Setting in the manifest.
@@ -32,20 +32,20 @@ impl PointKernel {
     /// The kernel takes too long for a mesh cycle of the model, or stored tables cannot be used.
     pub fn of(point: &PointSpec, model: &Model, parts: &Prepared) -> Result<Self, BuildError> {
         let run = &point.run;
-        let (taken, why, systems) = match run.kernel {
+        let (choice, why, systems) = match run.kernel {
             KernelSetting::Named(kernel) => (kernel, None, None),
             KernelSetting::Auto => {
                 let (why, systems) = systems(model, run.portable, parts)?;
-                let taken = match systems {
+                let choice = match systems {
                     Some(_) => KernelChoice::ClosedModes,
                     None => KernelChoice::Volterra,
                 };
-                (taken, Some(why), systems)
+                (choice, Some(why), systems)
             }
         };
-        check_window_count(model, &taken)?;
+        check_window_count(model, &choice)?;
         Ok(Self {
-            taken,
+            choice,
             why,
             setting: run.kernel,
             systems,
@@ -59,7 +59,7 @@ impl PointKernel {
             return None;
         };
         Some(Self {
-            taken: KernelChoice::Volterra,
+            choice: KernelChoice::Volterra,
             why: Some(Why::NoTable),
             systems: None,
             ..*self
@@ -76,12 +76,12 @@ impl PointKernel {
         parts: &Prepared,
         user: U,
     ) -> Result<U::Output, BuildError> {
-        let kept = || match &self.systems {
+        let tables = || match &self.systems {
             Some(systems) => Ok(systems.clone()),
             None => parts.kernels().get(model),
         };
-        let done = self.taken.apply(model, self.event_limit, kept, user);
-        done.map_err(|error| BuildError::tables(error, model))
+        let output = self.choice.apply(model, self.event_limit, tables, user);
+        output.map_err(|error| BuildError::tables(error, model))
     }
 }
 
@@ -133,7 +133,7 @@ impl KernelTally {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);
             let point_kernel = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;
-            let point_kernel = if point_kernel.taken.name() == kernel {
+            let point_kernel = if point_kernel.choice.name() == kernel {
                 point_kernel
             } else {
                 point_kernel.instead()?

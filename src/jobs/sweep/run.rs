@@ -462,21 +462,21 @@ fn copies_obtained(of_nodes: &[Prepared], copies: &Copies, topology: Option<&Top
     if of_nodes.is_empty() {
         return copies.to_string();
     }
-    let lies = |parts: &Prepared| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
-    let found: Vec<BTreeSet<u32>> = of_nodes.iter().map(lies).collect();
-    if found.iter().all(BTreeSet::is_empty) {
+    let nodes_of = |parts: &Prepared| topology.map_or_else(BTreeSet::new, |t| parts.nodes(t));
+    let actual_nodes: Vec<BTreeSet<u32>> = of_nodes.iter().map(nodes_of).collect();
+    if actual_nodes.iter().all(BTreeSet::is_empty) {
         return format!(
             "{} copies; the system does not report their nodes",
             of_nodes.len()
         );
     }
-    let as_asked = (found.iter().zip(&copies.nodes)).all(|(found, node)| found.iter().eq([node]));
-    if as_asked {
+    let mut pairs = actual_nodes.iter().zip(&copies.nodes);
+    if pairs.all(|(nodes, node)| nodes.iter().eq([node])) {
         return copies.to_string();
     }
-    let words = copies.nodes.iter().zip(&found).map(|(node, found)| {
-        let found: Vec<String> = found.iter().map(u32::to_string).collect();
-        format!("the copy of node {node} on [{}]", found.join(", "))
+    let words = copies.nodes.iter().zip(&actual_nodes).map(|(node, nodes)| {
+        let node_texts: Vec<String> = nodes.iter().map(u32::to_string).collect();
+        format!("the copy of node {node} on [{}]", node_texts.join(", "))
     });
     words.collect::<Vec<String>>().join("; ")
 }

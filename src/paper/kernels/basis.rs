@@ -94,7 +94,7 @@ impl Basis {
             true => vec![rest.clone()],
             false => rest.iter().map(|&i| vec![i]).collect(),
         };
-        let both = |blocks: &[usize]| -> Vec<usize> {
+        let components_of = |blocks: &[usize]| -> Vec<usize> {
             blocks
                 .iter()
                 .copied()
@@ -105,10 +105,10 @@ impl Basis {
         let mut columns: Vec<[Vec<f64>; 2]> = Vec::new();
         let mut slow: Vec<Vec<f64>> = Vec::new();
         for group in &groups {
-            let index = both(group);
+            let index = components_of(group);
             let part = Mat::from_fn(index.len(), index.len(), |i, j| a[(index[i], index[j])]);
-            let mut found = eigen(&part, rates.slow)?;
-            refine(&part, &mut found);
+            let mut eigenvectors = eigen(&part, rates.slow)?;
+            refine(&part, &mut eigenvectors);
             let spread = |part: &Vec<f64>| {
                 let mut whole = vec![0.0; 2 * n];
                 for (&i, v) in index.iter().zip(part) {
@@ -116,11 +116,16 @@ impl Basis {
                 }
                 whole
             };
-            waves.extend(found.waves);
-            columns.extend(found.columns.iter().map(|c| [spread(&c[0]), spread(&c[1])]));
-            slow.extend(found.slow.iter().map(spread));
+            waves.extend(eigenvectors.waves);
+            columns.extend(
+                eigenvectors
+                    .columns
+                    .iter()
+                    .map(|c| [spread(&c[0]), spread(&c[1])]),
+            );
+            slow.extend(eigenvectors.slow.iter().map(spread));
         }
-        let Some((inner, condition)) = invert(&both(&rest), &columns, &slow) else {
+        let Some((inner, condition)) = invert(&components_of(&rest), &columns, &slow) else {
             return Err(TableError::Defective {
                 condition: f64::INFINITY,
                 error: f64::INFINITY,
@@ -151,7 +156,7 @@ impl Basis {
         };
         conditioning.check()?;
         let lanes = form.alpha.len();
-        let seen = |j: usize| -> f64 {
+        let gain = |j: usize| -> f64 {
             (0..2 * n)
                 .map(|i| generator.deflection[i] * form.matrix[(i, j)])
                 .sum()
@@ -162,8 +167,8 @@ impl Basis {
             matrix: Operator::new(form.matrix.as_ref()),
             single: None,
             waves: form.waves,
-            gains: [0, lanes].map(|from| (from..from + lanes).map(seen).collect()),
-            slow_gains: (2 * lanes..2 * lanes + m).map(seen).collect(),
+            gains: [0, lanes].map(|from| (from..from + lanes).map(gain).collect()),
+            slow_gains: (2 * lanes..2 * lanes + m).map(gain).collect(),
             slow_generator: (0..m * m)
                 .map(|i| form.slow_generator[(i / m, i % m)])
                 .collect(),
@@ -188,7 +193,7 @@ impl Basis {
     }
 
     /// Takes a state to spectral coordinates.
-    pub fn enter(&self, x: &[f64], y: &mut [f64]) {
+    pub fn to_spectral(&self, x: &[f64], y: &mut [f64]) {
         match &self.single {
             Some([inverse, _]) => inverse.apply(x, y),
             None => self.inverse.apply(x, y),
@@ -196,7 +201,7 @@ impl Basis {
     }
 
     /// Takes spectral coordinates back to a state.
-    pub fn leave(&self, y: &[f64], x: &mut [f64]) {
+    pub fn to_state(&self, y: &[f64], x: &mut [f64]) {
         match &self.single {
             Some([_, matrix]) => matrix.apply(y, x),
             None => self.matrix.apply(y, x),
@@ -230,11 +235,11 @@ impl Form {
         let harmonics = generator.frequencies.len();
         let count = parts.waves.len();
         let lanes = padded(count + harmonics);
-        let apart: Vec<Vec<f64>> = (parts.apart.iter().copied())
+        let unit_vectors: Vec<Vec<f64>> = (parts.apart.iter().copied())
             .chain(parts.apart.iter().map(|i| n + i))
             .map(|i| (0..2 * n).map(|j| f64::from(u8::from(i == j))).collect())
             .collect();
-        let slow: Vec<&Vec<f64>> = parts.slow.iter().chain(&apart).collect();
+        let slow: Vec<&Vec<f64>> = parts.slow.iter().chain(&unit_vectors).collect();
         let m = slow.len();
         let length = 2 * lanes + m;
 
@@ -265,7 +270,7 @@ impl Form {
             }
         }
         // Subtract the contributions of the waves to the separate blocks.
-        for (k, column) in apart.iter().enumerate() {
+        for (k, column) in unit_vectors.iter().enumerate() {
             let block = (0..2 * n).find(|&i| column[i] != 0.0).unwrap_or(0);
             let row = 2 * lanes + parts.slow.len() + k;
             back[(row, block)] = 1.0;
@@ -281,13 +286,13 @@ impl Form {
         }
 
         let rows: Vec<usize> = (2 * lanes..2 * lanes + m).collect();
-        let turned = &parts.a * &forward;
+        let product = &parts.a * &forward;
         let generator_slow = {
             let mut g = Mat::<f64>::zeros(m, m);
             for (i, &row) in rows.iter().enumerate() {
                 for (j, &column) in rows.iter().enumerate() {
                     g[(i, j)] = (0..2 * n)
-                        .map(|k| back[(row, k)] * turned[(k, column)])
+                        .map(|k| back[(row, k)] * product[(k, column)])
                         .sum();
                 }
             }
@@ -325,33 +330,33 @@ impl Form {
         let lanes = self.alpha.len();
         let slow = self.slow_exponential(duration);
         let size = slow.nrows();
-        let mut moved = self.inverse.clone();
-        for j in 0..moved.ncols() {
+        let mut propagated = self.inverse.clone();
+        for j in 0..propagated.ncols() {
             for w in 0..lanes {
                 let (sin, cos) = (self.nu[w] * duration).sin_cos();
                 let size = (self.alpha[w] * duration).exp();
                 let (u, v) = (self.inverse[(w, j)], self.inverse[(lanes + w, j)]);
-                moved[(w, j)] = size * (cos * u - sin * v);
-                moved[(lanes + w, j)] = size * (sin * u + cos * v);
+                propagated[(w, j)] = size * (cos * u - sin * v);
+                propagated[(lanes + w, j)] = size * (sin * u + cos * v);
             }
             for i in 0..size {
-                moved[(2 * lanes + i, j)] = (0..size)
+                propagated[(2 * lanes + i, j)] = (0..size)
                     .map(|k| slow[(i, k)] * self.inverse[(2 * lanes + k, j)])
                     .sum();
             }
         }
-        let rebuilt = &self.matrix * &moved;
+        let rebuilt = &self.matrix * &propagated;
         let unit = |i: usize| if i < modes { 1.0 } else { rate };
         let (mut error, mut size) = (0.0f64, 0.0f64);
         for i in 0..2 * modes {
             for j in 0..2 * modes {
                 let scale = unit(j) / unit(i);
-                let off = (rebuilt[(i, j)] - propagator[(i, j)]).abs() * scale;
+                let difference = (rebuilt[(i, j)] - propagator[(i, j)]).abs() * scale;
                 // NaN must not count as a small error, as it would with `max`.
-                if off.is_nan() {
+                if difference.is_nan() {
                     return f64::NAN;
                 }
-                error = error.max(off);
+                error = error.max(difference);
                 size = size.max(propagator[(i, j)].abs() * scale);
             }
         }

@@ -128,7 +128,7 @@ impl CellModel<'_> {
                     cycle: position.cycle,
                 });
             }
-            changes.take(position.cycle, position.time, self.grid.period)?;
+            changes.count_window(position.cycle, position.time, self.grid.period)?;
             self.step(
                 method,
                 &mut position,

@@ -151,7 +151,7 @@ impl SpectralTables {
             }
             table.advance(factors, at);
         }
-        table.leave(at, z);
+        table.to_state(at, z);
         counters.matvecs += 1;
     }
 }
@@ -189,7 +189,7 @@ impl Method for SpectralTables {
         let (table, _) = self.stock.of(cell_model, stretch);
         let generator = cell_model.generator(stretch.cell, stretch.contact);
         let lanes = table.alpha.len();
-        table.enter(z, &mut scratch.at);
+        table.to_spectral(z, &mut scratch.at);
         counters.matvecs += 1;
         let [re, im] = &mut scratch.amplitudes;
         let (u, rest) = scratch.at.y.split_at(lanes);
@@ -273,7 +273,7 @@ impl Method for SpectralTables {
         counters: &mut Counters,
     ) {
         let (table, _) = self.stock.of(cell_model, stretch);
-        table.enter(x, &mut scratch.at);
+        table.to_spectral(x, &mut scratch.at);
         counters.matvecs += 1;
         self.back(cell_model, stretch, time, x, scratch, counters);
     }

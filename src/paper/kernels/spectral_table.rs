@@ -113,7 +113,7 @@ impl Coordinates {
 
 /// Products of W⁻¹ with the inputs of the carried entries, and the steady responses to them.
 struct Excitation {
-    felt: Mat<f64>,
+    input_products: Mat<f64>,
     steady: Mat<f64>,
 }
 
@@ -122,7 +122,7 @@ impl Excitation {
         let layout = generator.layout();
         let (states, carried) = (2 * layout.modes, layout.dimension() - 2 * layout.modes);
         let (lanes, m, length) = (basis.alpha.len(), basis.slow(), basis.length());
-        let mut felt = Mat::<f64>::zeros(length, carried);
+        let mut input_products = Mat::<f64>::zeros(length, carried);
         let (mut unit, mut input) = (vec![0.0; layout.padded()], vec![0.0; layout.padded()]);
         let mut column = vec![0.0; padded(length)];
         for j in 0..carried {
@@ -131,13 +131,13 @@ impl Excitation {
             unit[states + j] = 0.0;
             basis.inverse.apply(&input[..states], &mut column);
             for i in 0..length {
-                felt[(i, j)] = column[i];
+                input_products[(i, j)] = column[i];
             }
         }
         let mut steady = Mat::<f64>::zeros(length, carried);
         for w in 0..basis.waves {
             let lambda = c64(basis.alpha[w], basis.nu[w]);
-            let force = |j: usize| c64(felt[(w, j)], felt[(lanes + w, j)]);
+            let force = |j: usize| c64(input_products[(w, j)], input_products[(lanes + w, j)]);
             let mut put = |j: usize, value: Complex64| {
                 steady[(w, j)] = value.re;
                 steady[(lanes + w, j)] = value.im;
@@ -166,8 +166,9 @@ impl Excitation {
             if slow.iter().any(|lambda| in_resonance(*lambda, omega)) {
                 return Err(TableError::Resonance { frequency: omega }.into());
             }
-            let column =
-                |j: usize| -> Vec<f64> { (0..m).map(|i| felt[(2 * lanes + i, j)]).collect() };
+            let column = |j: usize| -> Vec<f64> {
+                (0..m).map(|i| input_products[(2 * lanes + i, j)]).collect()
+            };
             let (c, s) = (column(2 + 2 * h), column(3 + 2 * h));
             let times = |x: &[f64]| -> Vec<f64> {
                 (0..m)
@@ -187,7 +188,10 @@ impl Excitation {
                 steady[(2 * lanes + i, 3 + 2 * h)] = solved[1][i];
             }
         }
-        Ok(Self { felt, steady })
+        Ok(Self {
+            input_products,
+            steady,
+        })
     }
 
     /// W S.
@@ -225,7 +229,7 @@ impl SpectralTable {
             .collect();
         let excitation = Excitation::new(&basis, generator, &late)?;
         let response = excitation.response(&basis, states);
-        let seen = |j: usize| -> f64 {
+        let gain = |j: usize| -> f64 {
             let sum: f64 = (0..states)
                 .map(|i| generator.deflection[i] * response[(i, j)])
                 .sum();
@@ -236,13 +240,13 @@ impl SpectralTable {
         for &w in &late {
             slow_row.extend(gains.each_mut().map(|gain| std::mem::take(&mut gain[w])));
         }
-        slow_row.extend([seen(0), seen(1)]);
+        slow_row.extend([gain(0), gain(1)]);
         for (h, frequency) in generator.frequencies.iter().enumerate() {
             nu[basis.waves + h] = *frequency;
-            gains[0][basis.waves + h] = seen(2 + 2 * h);
-            gains[1][basis.waves + h] = seen(3 + 2 * h);
+            gains[0][basis.waves + h] = gain(2 + 2 * h);
+            gains[1][basis.waves + h] = gain(3 + 2 * h);
         }
-        let powers = powers(&slow_generator(&basis, &excitation.felt, &late));
+        let powers = powers(&slow_generator(&basis, &excitation.input_products, &late));
         let steady = Mat::from_fn(basis.length(), carried, |i, j| -excitation.steady[(i, j)]);
         let rates = basis.alpha.iter().zip(&nu);
         let sizes = rates.map(|(a, n)| a.hypot(*n)).collect();
@@ -277,11 +281,11 @@ impl SpectralTable {
     }
 
     /// Transforms a state, or a tangent vector, to spectral coordinates.
-    pub fn enter(&self, z: &[f64], at: &mut Coordinates) {
+    pub fn to_spectral(&self, z: &[f64], at: &mut Coordinates) {
         let lanes = self.alpha.len();
         let slow_count = self.basis.slow();
         let carried = &z[self.states..self.states + self.carried];
-        self.basis.enter(&z[..self.states], &mut at.y);
+        self.basis.to_spectral(&z[..self.states], &mut at.y);
         self.steady.apply_more(carried, &mut at.y);
         for (h, pair) in carried[2..].chunks_exact(2).enumerate() {
             at.y[self.basis.waves + h] = pair[0];
@@ -332,7 +336,7 @@ impl SpectralTable {
     }
 
     /// Transforms spectral coordinates back to a state.
-    pub fn leave(&self, at: &mut Coordinates, z: &mut [f64]) {
+    pub fn to_state(&self, at: &mut Coordinates, z: &mut [f64]) {
         let lanes = self.alpha.len();
         let carried = &mut at.carried[..self.carried];
         carried[..2].copy_from_slice(&at.slow[self.slow - 2..self.slow]);
@@ -340,20 +344,20 @@ impl SpectralTable {
             let place = self.basis.waves + h;
             pair.copy_from_slice(&[at.y[place], at.y[lanes + place]]);
         }
-        self.basis.leave(&at.y, z);
+        self.basis.to_state(&at.y, z);
         self.response.apply_more(carried, z);
         z[self.states..self.states + self.carried].copy_from_slice(carried);
     }
 }
 
 /// The generator of the slow group with its late waves and constants.
-fn slow_generator(basis: &Basis, felt: &Mat<f64>, late: &[usize]) -> Mat<f64> {
+fn slow_generator(basis: &Basis, input_products: &Mat<f64>, late: &[usize]) -> Mat<f64> {
     let (lanes, slow_count) = (basis.alpha.len(), basis.slow());
     let size = slow_count + 2 * late.len() + 2;
     let mut g = Mat::<f64>::zeros(size, size);
     let mut drive = |row: usize, place: usize| {
         for j in 0..2 {
-            g[(row, size - 2 + j)] = felt[(place, j)];
+            g[(row, size - 2 + j)] = input_products[(place, j)];
         }
     };
     for row in 0..slow_count {
@@ -400,11 +404,11 @@ fn powers(g: &Mat<f64>) -> Vec<Vec<f64>> {
 /// A row of deflection times every power, without the zero rows at the end.
 fn polynomial(row: &[f64], powers: &[Vec<f64>]) -> Vec<f64> {
     let size = row.len();
-    let seen = powers.iter().map(|power| -> Vec<f64> {
+    let rows_seen = powers.iter().map(|power| -> Vec<f64> {
         let entry = |j: usize| (0..size).map(|i| row[i] * power[i * size + j]).sum();
         (0..size).map(entry).collect()
     });
-    let mut rows: Vec<Vec<f64>> = seen.collect();
+    let mut rows: Vec<Vec<f64>> = rows_seen.collect();
     while rows.len() > 1 && rows.last().is_some_and(|row| row.iter().all(|p| *p == 0.0)) {
         rows.pop();
     }

@@ -111,7 +111,7 @@ impl<'m> Reference<'m> {
             leaving: ActiveSet::FREE,
             segments: self.model.segments_at(start.cycle, 0.0),
             state: Compensated::new(start.state.clone()),
-            moved: Compensated::new(vec![0.0; n]),
+            trial_state: Compensated::new(vec![0.0; n]),
             work: StageWork::new(self.rule.stages(), n),
             samples: Vec::with_capacity(self.rule.stages() + 2),
             crossings: Vec::new(),
@@ -143,7 +143,7 @@ pub(super) struct Integration<'r> {
     pub(super) segments: Vec<Segment>,
     pub(super) state: Compensated,
     /// The state at the end of a trial step.
-    moved: Compensated,
+    trial_state: Compensated,
     work: StageWork,
     samples: Vec<Sample>,
     crossings: Vec<Crossing>,
@@ -162,7 +162,11 @@ impl Integration<'_> {
             self.turn(start, time);
             while time < model.period() * end {
                 self.show(time);
-                time = self.smooth_piece(time, model.period() * end, &mut changes)?;
+                time = self.advance_to_breakpoint_or_crossing(
+                    time,
+                    model.period() * end,
+                    &mut changes,
+                )?;
             }
             start = end;
         }
@@ -241,7 +245,7 @@ impl Integration<'_> {
     }
 
     /// Advances to the next breakpoint or to the next crossing; returns the time reached.
-    fn smooth_piece(
+    fn advance_to_breakpoint_or_crossing(
         &mut self,
         start: f64,
         end: f64,
@@ -279,7 +283,7 @@ impl Integration<'_> {
         let h = right - left;
         let model = self.reference.model;
         self.advance(left, h);
-        if !self.moved.value.iter().all(|x| x.is_finite()) {
+        if !self.trial_state.value.iter().all(|x| x.is_finite()) {
             return Err(ReferenceError::NonFinite { cycle: self.cycle });
         }
         // Half a unit in the last place of a mesh period.
@@ -297,7 +301,7 @@ impl Integration<'_> {
                 let crossing = first_crossing(&samples, resolution, |tau| {
                     advanced = true;
                     self.advance(left, tau);
-                    self.margin(contact, watched, &self.moved.value, left + tau)
+                    self.margin(contact, watched, &self.trial_state.value, left + tau)
                 });
                 self.samples = samples;
                 if advanced {
@@ -321,7 +325,7 @@ impl Integration<'_> {
             self.advance(left, reached - left);
         }
         self.show_stages(left, reached - left);
-        self.state.copy_from(&self.moved);
+        self.state.copy_from(&self.trial_state);
         if first.is_some() || last {
             self.show(reached);
         }
@@ -387,7 +391,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Sets `moved` to the state after `tau` from `left`.
+    /// Sets `trial_state` to the state after `tau` from `left`.
     fn advance(&mut self, left: f64, tau: f64) {
         let model = self.reference.model;
         let rule = &self.reference.rule;
@@ -400,9 +404,9 @@ impl Integration<'_> {
                 model.derivative(segments, contact, cycle, left + fraction * tau, state, out);
             },
         );
-        self.moved.copy_from(&self.state);
+        self.trial_state.copy_from(&self.state);
         for i in 0..self.state.value.len() {
-            self.moved.add(i, rule.increment(&self.work, tau, i));
+            self.trial_state.add(i, rule.increment(&self.work, tau, i));
         }
     }
 
@@ -481,7 +485,7 @@ impl Integration<'_> {
         }
         samples.push((
             h,
-            self.margin(contact, watched, &self.moved.value, left + h),
+            self.margin(contact, watched, &self.trial_state.value, left + h),
         ));
         self.samples = samples;
     }

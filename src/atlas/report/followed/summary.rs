@@ -42,7 +42,7 @@ impl FollowedSummary {
     pub(in crate::report) fn of(followed: &Followed) -> Self {
         let axis = followed.axis();
         let orbits = || followed.branches.values().flatten();
-        let found = followed.bifurcations.iter().filter(|b| !b.is_end());
+        let bifurcations = followed.bifurcations.iter().filter(|b| !b.is_end());
         let pairs = followed
             .branches
             .values()
@@ -57,13 +57,13 @@ impl FollowedSummary {
             branches: followed.branches.len(),
             orbits: orbits().count(),
             stable_orbits: orbits().filter(|orbit| orbit.stable).count(),
-            bifurcations: counted(found.map(|found| &found.kind[..])),
+            bifurcations: count_words(bifurcations.map(|bifurcation| &bifurcation.kind[..])),
             changes_of_sequence: pairs
-                .filter(|pair| !alike(&pair[0].sequence, &pair[1].sequence))
+                .filter(|pair| !are_cyclic_shifts(&pair[0].sequence, &pair[1].sequence))
                 .count(),
-            ends: counted(followed.bifurcations.iter().filter_map(|b| b.end())),
-            curves: counted(followed.curves.values().map(|curve| &curve.kind[..])),
-            codimension_two: counted(
+            ends: count_words(followed.bifurcations.iter().filter_map(|b| b.end())),
+            curves: count_words(followed.curves.values().map(|curve| &curve.kind[..])),
+            codimension_two: count_words(
                 (followed.curves.values())
                     .flat_map(|curve| curve.codimension_two().map(|(_, note)| note)),
             ),
@@ -71,7 +71,7 @@ impl FollowedSummary {
     }
 }
 
-fn counted<'a>(words: impl Iterator<Item = &'a str>) -> BTreeMap<String, usize> {
+fn count_words<'a>(words: impl Iterator<Item = &'a str>) -> BTreeMap<String, usize> {
     let mut counts = BTreeMap::new();
     for word in words {
         *counts.entry(word.to_owned()).or_insert(0) += 1;
@@ -80,10 +80,10 @@ fn counted<'a>(words: impl Iterator<Item = &'a str>) -> BTreeMap<String, usize> 
 }
 
 /// Whether two contact sequences are cyclic shifts of each other.
-fn alike(a: &str, b: &str) -> bool {
+fn are_cyclic_shifts(a: &str, b: &str) -> bool {
     let [a, b]: [Vec<&str>; 2] = [a, b].map(|text| text.split_whitespace().collect());
-    let turned = |shift: usize| a[shift..].iter().chain(&a[..shift]).eq(&b);
-    a.len() == b.len() && (a.is_empty() || (0..a.len()).any(turned))
+    let equal_after_shift = |shift: usize| a[shift..].iter().chain(&a[..shift]).eq(&b);
+    a.len() == b.len() && (a.is_empty() || (0..a.len()).any(equal_after_shift))
 }
 
 #[cfg(test)]
@@ -92,9 +92,9 @@ mod tests {
 
     #[test]
     fn a_sequence_is_the_same_from_any_of_its_changes_on() {
-        assert!(alike("1+ 1- 2+ 2-", "2+ 2- 1+ 1-"));
-        assert!(alike("", ""));
-        assert!(!alike("1+ 1- 2+ 2-", "1+ 2- 2+ 1-"));
-        assert!(!alike("1+ 1-", "1+ 1- 1+ 1-"));
+        assert!(are_cyclic_shifts("1+ 1- 2+ 2-", "2+ 2- 1+ 1-"));
+        assert!(are_cyclic_shifts("", ""));
+        assert!(!are_cyclic_shifts("1+ 1- 2+ 2-", "1+ 2- 2+ 1-"));
+        assert!(!are_cyclic_shifts("1+ 1-", "1+ 1- 1+ 1-"));
     }
 }

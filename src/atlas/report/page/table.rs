@@ -82,8 +82,8 @@ impl Rows {
                 rows.points.extend(&keys);
             }
             let wanted: Vec<bool> = keys.iter().map(|key| is_kept(*key, rows.thinned)).collect();
-            let kept = keys.iter().zip(&wanted).filter(|(_, kept)| **kept);
-            rows.keys.extend(kept.map(|(key, _)| *key));
+            let kept_keys = keys.iter().zip(&wanted).filter(|(_, wanted)| **wanted);
+            rows.keys.extend(kept_keys.map(|(key, _)| *key));
             for column in &mut rows.columns {
                 column.take(part, &wanted)?;
             }
@@ -107,10 +107,10 @@ impl Rows {
     /// Keeps every second of the kept points or rows on average; none if only one was left.
     fn thin(&mut self) {
         self.thinned += 1;
-        let kept: Vec<usize> = (0..self.keys.len())
+        let kept_rows: Vec<usize> = (0..self.keys.len())
             .filter(|&row| self.thinned < 64 && is_kept(self.keys[row], self.thinned))
             .collect();
-        self.rearrange(&kept);
+        self.rearrange(&kept_rows);
     }
 
     fn rearrange(&mut self, order: &[usize]) {
@@ -122,13 +122,18 @@ impl Rows {
 
     /// Description of the rows that were left out.
     fn left_out(&self, name: &str) -> Option<String> {
-        let kept: BTreeSet<u64> = self.keys.iter().copied().collect();
+        let distinct_keys: BTreeSet<u64> = self.keys.iter().copied().collect();
         let all = if self.points.is_empty() {
             plural(self.all as usize, "row")
         } else {
             plural(self.points.len(), "point")
         };
-        (self.thinned > 0).then(|| format!("{name}: the page has rows of {} of {all}", kept.len()))
+        (self.thinned > 0).then(|| {
+            format!(
+                "{name}: the page has rows of {} of {all}",
+                distinct_keys.len()
+            )
+        })
     }
 }
 
@@ -150,8 +155,8 @@ pub(super) fn embed_points(
     let rows_at_a_time = (NUMBERS_AT_A_TIME / order.len().max(1)).max(1);
     let is_list = |head: &ColumnHead| head.kind == ColumnKind::List;
     // Lists are as large as many columns, so that each is read alone.
-    let alike = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
-    for heads in alike.flat_map(|heads| heads.chunks(rows_at_a_time)) {
+    let groups = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
+    for heads in groups.flat_map(|heads| heads.chunks(rows_at_a_time)) {
         let names: Vec<&str> = heads.iter().map(|head| head.name.as_str()).collect();
         let mut columns: Vec<PartialColumn> =
             heads.iter().cloned().map(PartialColumn::new).collect();
@@ -226,13 +231,13 @@ pub(super) fn embed(
         let rows = Rows::read(folder, kind, bytes_left)?;
         let (all, count) = (rows.all, rows.keys.len());
         let left_out = rows.left_out(kind.name());
-        let held = rows.bytes();
+        let row_bytes = rows.bytes();
         let (empty, columns): (Vec<_>, Vec<_>) =
             rows.columns.into_iter().partition(PartialColumn::is_empty);
         let packed: Vec<Packed> = columns.into_iter().map(PartialColumn::packed).collect();
         if count > 0 && packed.iter().map(Packed::bytes).sum::<u64>() > max_bytes {
             // The data compressed less than assumed: read half of them next.
-            bytes_left = held / 2;
+            bytes_left = row_bytes / 2;
             continue;
         }
         let columns: Vec<Value> = (packed.into_iter())

@@ -8,7 +8,7 @@ fn row(point_id: u64) -> PointRow {
     PointRow {
         point_id,
         axis_values: vec![point_id as f64],
-        outcome: PointOutcome::unanswered(Status::Failed, "for a test".into()),
+        outcome: PointOutcome::without_results(Status::Failed, "for a test".into()),
         multistability: None,
         orbits: None,
         chain: None,

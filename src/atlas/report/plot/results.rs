@@ -42,7 +42,7 @@ pub(super) struct Slice<'a> {
     /// The fixed axes for a file name, `-load=0.1`; empty if there is only one slice.
     pub suffix: String,
     /// The fixed axes with their values.
-    pub held: Vec<(usize, f64)>,
+    pub fixed_values: Vec<(usize, f64)>,
 }
 
 impl Results {
@@ -159,7 +159,7 @@ impl Results {
         let name =
             name.or((self.summary.carried_along.as_deref()).filter(|swept| Some(*swept) != except));
         let longest = |index: &usize| (axes[*index].values.len() > 1, axes[*index].values.len());
-        let known = || {
+        let axis_names = || {
             axes.iter()
                 .map(|axis| axis.name.as_str())
                 .collect::<Vec<_>>()
@@ -168,7 +168,7 @@ impl Results {
         let refused = |name: &str| PlotError::NoAxis {
             name: name.to_owned(),
             folder: self.folder.clone(),
-            known: known(),
+            known: axis_names(),
         };
         match name {
             Some(name) => {
@@ -194,13 +194,16 @@ impl Results {
 
     fn cut(&self, free: &[usize], by_direction: bool) -> (Vec<Slice<'_>>, usize) {
         let axes = &self.summary.axes;
-        let held = self.summary.tied.fixed_axes(axes.len(), free);
+        let fixed_axes = self.summary.tied.fixed_axes(axes.len(), free);
         let values = |point: &PointSummary| -> Vec<f64> {
-            held.iter().map(|&index| point.axis_values[index]).collect()
+            fixed_axes
+                .iter()
+                .map(|&index| point.axis_values[index])
+                .collect()
         };
         type Key<'p> = (Vec<f64>, Option<&'p str>);
         let mut all: Vec<(Key<'_>, Vec<&PointSummary>)> = Vec::new();
-        let mut known: HashMap<(Vec<u64>, Option<&str>), usize> = HashMap::new();
+        let mut slice_index: HashMap<(Vec<u64>, Option<&str>), usize> = HashMap::new();
         let several = self.directions().len() > 1;
         for point in &self.summary.all {
             let key = values(point);
@@ -209,7 +212,7 @@ impl Results {
                 .as_deref()
                 .filter(|_| by_direction && several);
             let bits = key.iter().map(|value| value.to_bits()).collect();
-            let index = *known.entry((bits, direction)).or_insert(all.len());
+            let index = *slice_index.entry((bits, direction)).or_insert(all.len());
             match all.get_mut(index) {
                 Some((_, points)) => points.push(point),
                 None => all.push(((key, direction), vec![point])),
@@ -225,13 +228,13 @@ impl Results {
             .into_iter()
             .take(MOST_SLICES)
             .map(|((key, direction), points)| {
-                let known = || held.iter().map(|&index| &axes[index]).zip(&key);
+                let axes_with_values = || fixed_axes.iter().map(|&index| &axes[index]).zip(&key);
                 let swept = direction.map(|direction| format!("sweep {direction}"));
-                let words: Vec<String> = known()
+                let words: Vec<String> = axes_with_values()
                     .map(|(axis, value)| self.axis_value_text(axis, *value))
                     .chain(swept)
                     .collect();
-                let parts: Vec<String> = known()
+                let parts: Vec<String> = axes_with_values()
                     .filter(|(axis, _)| axis.values.len() > 1)
                     .map(|(axis, value)| format!("{}={}", axis.name, distinct(axis, *value)))
                     .chain(direction.map(str::to_owned))
@@ -243,7 +246,11 @@ impl Results {
                 }
                 Slice {
                     points,
-                    held: held.iter().copied().zip(key.iter().copied()).collect(),
+                    fixed_values: fixed_axes
+                        .iter()
+                        .copied()
+                        .zip(key.iter().copied())
+                        .collect(),
                     words: if words.is_empty() {
                         count_words
                     } else {
@@ -272,9 +279,9 @@ impl Results {
         if free.first().is_some_and(is_chain) {
             return Vec::new();
         }
-        let held = tied.fixed_axes(axes.len(), free);
+        let fixed_axes = tied.fixed_axes(axes.len(), free);
         let mut varied = self.varied();
-        varied.retain(|axis| !free.contains(axis) && !held.contains(axis));
+        varied.retain(|axis| !free.contains(axis) && !fixed_axes.contains(axis));
         varied
     }
 
@@ -310,11 +317,11 @@ impl Results {
 
     /// The directions of the sweeps, `up` before `down`; empty if points are independent.
     pub fn directions(&self) -> Vec<&str> {
-        let met = |word: &&str| {
+        let occurs = |word: &&str| {
             let mut points = self.summary.all.iter();
             points.any(|point| point.direction.as_deref() == Some(*word))
         };
-        ["up", "down"].into_iter().filter(met).collect()
+        ["up", "down"].into_iter().filter(occurs).collect()
     }
 
     /// The line below a title: the slice, and missing parts of the results.

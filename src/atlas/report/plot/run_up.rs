@@ -26,7 +26,7 @@ const FLOOR: f64 = 1e-4;
 pub(super) struct RunUpFolder(PathBuf);
 
 /// Rows of a table about one signal.
-struct OfSignal {
+struct SignalRows {
     job: String,
     name: String,
     unit: String,
@@ -36,16 +36,16 @@ struct OfSignal {
     speeds: Vec<f64>,
 }
 
-impl OfSignal {
+impl SignalRows {
     fn read(
         folder: &Path,
         kind: TableKind,
         what: PictureKind,
-        signal: Option<&str>,
+        signal_name: Option<&str>,
     ) -> Result<Self, PlotError> {
         let table = ResultTable::read(folder, kind)?;
         let signals = table.text("signal")?;
-        let Some(name) = signal.or(signals.first().and_then(|name| name.as_deref())) else {
+        let Some(name) = signal_name.or(signals.first().and_then(|name| name.as_deref())) else {
             return Err(what.unfit(
                 "the run-up is too short for it; make it longer, or lower runup.revolutions",
             ));
@@ -53,12 +53,12 @@ impl OfSignal {
         let of_signal = |row: &usize| signals[*row].as_deref() == Some(name);
         let rows: Vec<usize> = (0..signals.len()).filter(of_signal).collect();
         let Some(&first) = rows.first() else {
-            let mut known: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
-            known.sort_unstable();
-            known.dedup();
+            let mut names: Vec<&str> = signals.iter().flatten().map(String::as_str).collect();
+            names.sort_unstable();
+            names.dedup();
             return Err(what.unfit(format!(
                 "the run-up has no signal `{name}`; it has {}",
-                known.join(", ")
+                names.join(", ")
             )));
         };
         let name = name.to_owned();
@@ -108,16 +108,16 @@ impl RunUpFolder {
 
     /// Levels in colour over speed and frequency.
     fn spectrogram(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
-        let signal = request.signal.as_deref();
-        let selected = OfSignal::read(
+        let signal_name = request.signal.as_deref();
+        let signal_rows = SignalRows::read(
             &self.0,
             TableKind::Spectrogram,
             PictureKind::Spectrogram,
-            signal,
+            signal_name,
         )?;
-        let lists = selected.table.lists("amplitudes")?;
-        let step = column(&selected.table, "frequency_step")?[selected.rows[0]];
-        let spectra: Vec<Vec<f64>> = (selected.rows.iter())
+        let lists = signal_rows.table.lists("amplitudes")?;
+        let step = column(&signal_rows.table, "frequency_step")?[signal_rows.rows[0]];
+        let spectra: Vec<Vec<f64>> = (signal_rows.rows.iter())
             .map(|row| {
                 lists[*row]
                     .iter()
@@ -132,19 +132,19 @@ impl RunUpFolder {
             .flat_map(|spectrum| spectrum.iter().skip(2))
             .copied()
             .fold(0.0, f64::max);
-        let scale = scale(&selected, request)?;
+        let scale = scale(&signal_rows, request)?;
         let [Some(low), Some(high)] = [FLOOR * largest, largest].map(|end| scale.shown(end)) else {
             return Err(silent(PictureKind::Spectrogram));
         };
         let level = scale.axis_over([low, high]);
         let lines = spectra.iter().map(Vec::len).min().unwrap_or(0);
         let up = Axis::linear("frequency", "Hz", [0.0, lines as f64 * step]);
-        let (mut canvas, panel) = framed(&selected, "spectrogram", up);
+        let (mut canvas, panel) = framed(&signal_rows, "spectrogram", up);
         canvas.rectangle([panel.left, TOP], [panel.right, BOTTOM], viridis(0.0));
         let [columns, rows] = CELLS;
         let mut cells = vec![0.0_f64; columns * rows];
-        let [from, to] = range(selected.speeds.iter().copied());
-        for (speed, spectrum) in selected.speeds.iter().zip(&spectra) {
+        let [from, to] = range(signal_rows.speeds.iter().copied());
+        for (speed, spectrum) in signal_rows.speeds.iter().zip(&spectra) {
             let at = (((speed - from) / (to - from) * columns as f64) as usize).min(columns - 1);
             for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(2) {
                 let cell = &mut cells[at * rows + line * rows / lines];
@@ -176,33 +176,37 @@ impl RunUpFolder {
 
     /// Amplitudes of orders over the speed.
     fn tracks(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
-        let signal = request.signal.as_deref();
-        let selected =
-            OfSignal::read(&self.0, TableKind::OrderTracks, PictureKind::Tracks, signal)?;
+        let signal_name = request.signal.as_deref();
+        let signal_rows = SignalRows::read(
+            &self.0,
+            TableKind::OrderTracks,
+            PictureKind::Tracks,
+            signal_name,
+        )?;
         let (orders, amplitudes) = (
-            column(&selected.table, "order")?,
-            column(&selected.table, "amplitude")?,
+            column(&signal_rows.table, "order")?,
+            column(&signal_rows.table, "amplitude")?,
         );
-        let scale = scale(&selected, request)?;
-        let mut known: Vec<f64> = selected.rows.iter().map(|row| orders[*row]).collect();
-        known.sort_by(f64::total_cmp);
-        known.dedup();
-        let largest = selected
+        let scale = scale(&signal_rows, request)?;
+        let mut all_orders: Vec<f64> = signal_rows.rows.iter().map(|row| orders[*row]).collect();
+        all_orders.sort_by(f64::total_cmp);
+        all_orders.dedup();
+        let largest = signal_rows
             .rows
             .iter()
             .map(|row| amplitudes[*row])
             .fold(0.0, f64::max);
         let shown = |row: usize| scale.shown(amplitudes[row].max(FLOOR * largest));
-        let ends = range(selected.rows.iter().filter_map(|row| shown(*row)));
+        let ends = range(signal_rows.rows.iter().filter_map(|row| shown(*row)));
         if largest == 0.0 {
             return Err(silent(PictureKind::Tracks));
         }
-        let (mut canvas, panel) = framed(&selected, "orders", scale.axis(ends));
-        for (place, order) in known.iter().enumerate() {
-            let of_order = selected
+        let (mut canvas, panel) = framed(&signal_rows, "orders", scale.axis(ends));
+        for (place, order) in all_orders.iter().enumerate() {
+            let of_order = signal_rows
                 .rows
                 .iter()
-                .zip(&selected.speeds)
+                .zip(&signal_rows.speeds)
                 .filter(|(row, _)| orders[**row] == *order);
             let line: Vec<_> = of_order
                 .filter_map(|(row, speed)| Some(panel.at(*speed, shown(*row)?)))
@@ -218,15 +222,15 @@ impl RunUpFolder {
 }
 
 /// The scale of a signal's amplitudes.
-fn scale(selected: &OfSignal, request: &PlotRequest) -> Result<Scale, PlotError> {
-    Ok(Scale::new(&selected.name, &selected.unit, &request.display)?.in_decades())
+fn scale(signal_rows: &SignalRows, request: &PlotRequest) -> Result<Scale, PlotError> {
+    Ok(Scale::new(&signal_rows.name, &signal_rows.unit, &request.display)?.in_decades())
 }
 
 /// An empty picture with its panel.
-fn framed(selected: &OfSignal, of: &str, up: Axis) -> (Canvas, Panel) {
-    let title = format!("{}: {of} of {}", selected.job, selected.name);
+fn framed(signal_rows: &SignalRows, of: &str, up: Axis) -> (Canvas, Panel) {
+    let title = format!("{}: {of} of {}", signal_rows.job, signal_rows.name);
     let mut canvas = Canvas::titled(&title, "");
-    let panel = Panel::new([LEFT, RIGHT], [TOP, BOTTOM], selected.across(), up);
+    let panel = Panel::new([LEFT, RIGHT], [TOP, BOTTOM], signal_rows.across(), up);
     panel.frame(&mut canvas, true);
     (canvas, panel)
 }

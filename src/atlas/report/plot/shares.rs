@@ -35,8 +35,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
         ));
     }
     let summary = &results.summary;
-    let held = summary.tied.fixed_axes(summary.axes.len(), &[along]);
-    let followed = branches(&attractors, &summary.all, &summary.axes, along, &held);
+    let fixed_axes = summary.tied.fixed_axes(summary.axes.len(), &[along]);
+    let followed = branches(&attractors, &summary.all, &summary.axes, along, &fixed_axes);
     let name = &summary.axes[along].name;
     let slices = results.slices(&[along]);
     let drawn = results.by_slice(PictureKind::Shares, slices, |slice| {

@@ -59,9 +59,9 @@ pub(super) fn scan(
     let columns = axes.iter().map(String::as_str).chain(COLUMNS);
     let columns: Vec<&str> = columns.chain(EVIDENCE).collect();
     // Results of older programs have no columns of evidence.
-    let known = table.columns()?;
-    let known = |name: &&str| known.iter().any(|column| column.name == **name);
-    let with_evidence = EVIDENCE.iter().all(known);
+    let heads = table.columns()?;
+    let has_column = |name: &&str| heads.iter().any(|column| column.name == **name);
+    let with_evidence = EVIDENCE.iter().all(has_column);
     ResultTable::scan(folder, TableKind::Points, &columns, |part| {
         let points = read_points(folder, part, with_evidence)?;
         let (cycles, time) = (part.u64("cycles")?, part.f64("wall_time")?);
@@ -110,7 +110,7 @@ const EVIDENCE: [&str; 7] = [
 #[derive(Default)]
 pub(super) struct FirstPoints {
     count: usize,
-    kept: Vec<PointSummary>,
+    points: Vec<PointSummary>,
 }
 
 impl FirstPoints {
@@ -120,10 +120,10 @@ impl FirstPoints {
         order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
     ) {
         self.count += 1;
-        self.kept.push(point.clone());
-        if self.kept.len() >= 2 * MOST_LISTED {
-            self.kept.sort_by(order);
-            self.kept.truncate(MOST_LISTED);
+        self.points.push(point.clone());
+        if self.points.len() >= 2 * MOST_LISTED {
+            self.points.sort_by(order);
+            self.points.truncate(MOST_LISTED);
         }
     }
 
@@ -131,9 +131,9 @@ impl FirstPoints {
         mut self,
         order: impl Fn(&PointSummary, &PointSummary) -> Ordering,
     ) -> (usize, Vec<PointSummary>) {
-        self.kept.sort_by(order);
-        self.kept.truncate(MOST_LISTED);
-        (self.count, self.kept)
+        self.points.sort_by(order);
+        self.points.truncate(MOST_LISTED);
+        (self.count, self.points)
     }
 }
 
@@ -157,7 +157,7 @@ pub(super) struct Census {
     pub(super) unverified: usize,
     pub(super) with_twin: usize,
     pub(super) twin_disagrees: FirstPoints,
-    pub(super) troubled: FirstPoints,
+    pub(super) points_not_ok: FirstPoints,
     pub(super) coexisting: Vec<PointSummary>,
     /// Values on each axis.
     values: Vec<Values>,
@@ -202,7 +202,7 @@ impl Census {
                 self.twin_disagrees.add(point, by_id);
             }
             if point.status != "ok" {
-                self.troubled.add(point, by_id);
+                self.points_not_ok.add(point, by_id);
             }
             if extra.attractors > 1 {
                 self.coexisting.push(point.clone());
@@ -260,31 +260,31 @@ impl Verdicts {
 /// Distinct values among many that are mostly equal.
 #[derive(Default)]
 struct Values {
-    met: Vec<f64>,
+    values: Vec<f64>,
     /// Number of values known to be distinct.
     sorted: usize,
 }
 
 impl Values {
     fn add(&mut self, value: f64) {
-        if self.met.last() == Some(&value) {
+        if self.values.last() == Some(&value) {
             return;
         }
-        self.met.push(value);
-        if self.met.len() > 2 * self.sorted + 65_536 {
+        self.values.push(value);
+        if self.values.len() > 2 * self.sorted + 65_536 {
             self.tidy();
         }
     }
 
     fn tidy(&mut self) {
-        self.met.sort_by(f64::total_cmp);
-        self.met.dedup();
-        self.sorted = self.met.len();
+        self.values.sort_by(f64::total_cmp);
+        self.values.dedup();
+        self.sorted = self.values.len();
     }
 
     pub(super) fn finish(mut self) -> Vec<f64> {
         self.tidy();
-        self.met
+        self.values
     }
 }
 
@@ -386,9 +386,9 @@ const CALMEST_FIRST: [&str; 7] = [
 
 fn count_class(counts: &mut Classes, point: &PointSummary) {
     let class = point.class.as_deref().unwrap_or("none").to_owned();
-    let known = CALMEST_FIRST.iter().position(|known| *known == class);
+    let position = CALMEST_FIRST.iter().position(|name| *name == class);
     let period = point.period.filter(|_| class == "periodic");
-    let rank = known.unwrap_or(CALMEST_FIRST.len());
+    let rank = position.unwrap_or(CALMEST_FIRST.len());
     counts.entry((rank, period)).or_insert((class, 0)).1 += 1;
 }
 

@@ -29,7 +29,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
         }),
         cycles: 1000,
         measured_cycles: 800,
-        ..PointOutcome::unanswered(Status::Ok, String::new())
+        ..PointOutcome::without_results(Status::Ok, String::new())
     }
 }
 

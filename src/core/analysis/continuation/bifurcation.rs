@@ -63,7 +63,7 @@ pub struct Bifurcation {
     /// Interval of the parameter in which it lies.
     pub bracket: [f64; 2],
     /// A branch that begins here and is not followed.
-    pub lost: Option<Unfollowed>,
+    pub unfollowed_branch: Option<Unfollowed>,
 }
 
 impl Bifurcation {
@@ -74,7 +74,7 @@ impl Bifurcation {
             after: 0,
             length,
             bracket,
-            lost: None,
+            unfollowed_branch: None,
         }
     }
 
@@ -158,7 +158,7 @@ pub fn between(
             there.bracket,
         ));
     }
-    if !explained && !a.details.touches.alike(&b.details.touches) {
+    if !explained && !a.details.touches.is_cyclic_shift_of(&b.details.touches) {
         let mut bracket = [a.at[span.axis], b.at[span.axis]];
         bracket.sort_by(f64::total_cmp);
         bifurcations.push(Bifurcation::new(

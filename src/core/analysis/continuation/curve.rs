@@ -107,7 +107,7 @@ pub fn follow(
         note: None,
     };
     // First along the second parameter; along the first one if the curve turns in the second.
-    let mut both = None;
+    let mut halves = None;
     for axis in [1, 0] {
         let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
         let (back, first) =
@@ -116,13 +116,13 @@ pub fn follow(
             "closed" => (Vec::new(), first),
             _ => follow_one_direction(map, plane, &start.kind, &start_point, towards(1.0)),
         };
-        let found = back.len() + ahead.len();
-        both = Some((back, ahead, [first, last]));
-        if found > 0 {
+        let point_count = back.len() + ahead.len();
+        halves = Some((back, ahead, [first, last]));
+        if point_count > 0 {
             break;
         }
     }
-    let (mut back, ahead, [first, last]) = both?;
+    let (mut back, ahead, [first, last]) = halves?;
     back.reverse();
     back.push(start_point);
     back.extend(ahead);
@@ -153,19 +153,19 @@ fn follow_one_direction(
         let target: MapParameters =
             std::array::from_fn(|i| last.at[i] + step * direction[i] * plane.scale(i));
         let fixed_axis = if direction[1].abs() >= direction[0].abs() { 1 } else { 0 };
-        let known: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
+        let last_orbits: Vec<&Orbit> = points.iter().rev().take(3).map(|p| &p.orbit).collect();
         slopes[1 - fixed_axis] = None;
         match point(
             map,
             plane,
             &kind,
-            &known,
+            &last_orbits,
             target,
             fixed_axis,
             &mut slopes[fixed_axis],
         ) {
             Ok(orbit) => {
-                let turn = turned(plane, direction, last.at, orbit.at);
+                let turn = angle_to_step(plane, direction, last.at, orbit.at);
                 let far = plane.distance_between(last.at, orbit.at) > 3.0 * step;
                 let cusp = kind == Kind::Fold && turn > 0.7 * PI && points.len() > 2;
                 let sharp = turn > LARGEST_TURN && points.len() > 1 && !cusp;
@@ -196,9 +196,9 @@ fn follow_one_direction(
                 {
                     *extreme = *now;
                 }
-                let again = plane.distance_between(orbit.at, start.orbit.at);
+                let distance_to_start = plane.distance_between(orbit.at, start.orbit.at);
                 let closed = points.len() > 10
-                    && again < plane.distance_between(last.at, orbit.at)
+                    && distance_to_start < plane.distance_between(last.at, orbit.at)
                     && distance(&orbit.u, &start.orbit.u) < 0.2 * orbit.size();
                 points.push(CurvePoint { orbit, note });
                 if closed {
@@ -227,13 +227,13 @@ fn chord(plane: &CurveSettings, points: &[CurvePoint]) -> Option<(f64, [f64; 2])
         return None;
     };
     let (from, to) = (before.orbit.at, last.orbit.at);
-    let apart = plane.distance_between(from, to);
-    let direction = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i) / apart);
-    Some((apart, direction))
+    let length = plane.distance_between(from, to);
+    let direction = std::array::from_fn(|i| (to[i] - from[i]) / plane.scale(i) / length);
+    Some((length, direction))
 }
 
 /// The angle between a direction of the curve and the step from one point to the next \[rad\].
-fn turned(
+fn angle_to_step(
     plane: &CurveSettings,
     direction: [f64; 2],
     from: MapParameters,
@@ -309,25 +309,25 @@ impl CurveFunction {
 /// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last points.
 /// The polynomial starts at the latest point and ends where the parameter reverses.
 fn extrapolated(
-    known: &[&Orbit],
+    last_orbits: &[&Orbit],
     target: MapParameters,
     fixed_axis: usize,
 ) -> (Vec<f64>, MapParameters) {
-    let run = |i: usize| known[i - 1].at[fixed_axis] - known[i].at[fixed_axis];
+    let run = |i: usize| last_orbits[i - 1].at[fixed_axis] - last_orbits[i].at[fixed_axis];
     let mut used = 1;
-    while used < known.len() && run(used) != 0.0 && run(used) * run(1) > 0.0 {
+    while used < last_orbits.len() && run(used) != 0.0 && run(used) * run(1) > 0.0 {
         used += 1;
     }
     let free = 1 - fixed_axis;
-    let mut u = vec![0.0; known[0].u.len()];
+    let mut u = vec![0.0; last_orbits[0].u.len()];
     let mut place = target;
     if used > 1 {
         place[free] = 0.0;
     }
-    for (i, point) in known[..used].iter().enumerate() {
+    for (i, point) in last_orbits[..used].iter().enumerate() {
         let others = (0..used)
             .filter(|&j| j != i)
-            .map(|j| known[j].at[fixed_axis]);
+            .map(|j| last_orbits[j].at[fixed_axis]);
         let weight: f64 = others
             .map(|other| (target[fixed_axis] - other) / (point.at[fixed_axis] - other))
             .product();
@@ -347,16 +347,16 @@ fn point(
     map: &mut impl CycleMap,
     plane: &CurveSettings,
     kind: &Kind,
-    known: &[&Orbit],
+    last_orbits: &[&Orbit],
     target: MapParameters,
     fixed_axis: usize,
     slope: &mut Option<f64>,
 ) -> Result<Orbit, &'static str> {
     let free = 1 - fixed_axis;
-    let last = known[0];
+    let last = last_orbits[0];
     let (period, size) = (last.period, last.size());
     let mut function = CurveFunction::new(kind, last).ok_or(NO_MULTIPLIER)?;
-    let (guess, place) = extrapolated(known, target, fixed_axis);
+    let (guess, place) = extrapolated(last_orbits, target, fixed_axis);
     // A fold has orbits on one side only, so the search runs along its null vector.
     let across = match kind {
         Kind::Fold => {

@@ -199,15 +199,15 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             workspace,
             &mut counters,
         )?;
-        let turned: Vec<f64> = self
+        let scale_ratios: Vec<f64> = self
             .weighted
             .iter()
             .zip(&self.scales)
             .map(|(&i, scale)| scale / norm.weights()[i])
             .collect();
-        for j in 0..turned.len() {
-            for i in 0..turned.len() {
-                matrix[(i, j)] *= turned[i] / turned[j];
+        for j in 0..scale_ratios.len() {
+            for i in 0..scale_ratios.len() {
+                matrix[(i, j)] *= scale_ratios[i] / scale_ratios[j];
             }
         }
         Ok(Image {

@@ -78,7 +78,7 @@ pub struct Branches {
     /// Descriptions of failures.
     pub failures: Vec<String>,
     /// Orbits that were not followed because they lie on known branches.
-    pub known: usize,
+    pub repeated_orbits: usize,
 }
 
 /// Reasons why an exploration fails.
@@ -109,15 +109,21 @@ pub fn explore<F: ParametricDrive>(
         Interrupted::check(interrupt)?;
         let start = map.model(at(given.value))?.start(&given.state);
         let guess = map.coordinates(&start.state);
-        let mut found = Vec::new();
-        take(map, &mut found, &guess, at(given.value), given.period);
-        if found.is_empty() {
+        let mut orbits_near_guess = Vec::new();
+        take(
+            map,
+            &mut orbits_near_guess,
+            &guess,
+            at(given.value),
+            given.period,
+        );
+        if orbits_near_guess.is_empty() {
             out.failures.push(format!(
                 "no orbit of period {} is near given state {number} at {}; give a closer state, or correct its period",
                 given.period, given.value
             ));
         }
-        for orbit in found {
+        for orbit in orbits_near_guess {
             begin(
                 map,
                 span,
@@ -131,14 +137,14 @@ pub fn explore<F: ParametricDrive>(
     }
     for &value in &settings.starts {
         Interrupted::check(interrupt)?;
-        let found = orbits(map, at(value), &settings.search)?;
-        if found.is_empty() {
+        let orbits_at_value = orbits(map, at(value), &settings.search)?;
+        if orbits_at_value.is_empty() {
             out.failures.push(format!(
                 "no orbit of period {} or shorter is found at {value}; raise continuation.guesses or longest_period",
                 settings.search.longest
             ));
         }
-        for orbit in found {
+        for orbit in orbits_at_value {
             begin(
                 map,
                 span,
@@ -161,13 +167,16 @@ fn report_lost_branches(out: &mut Branches, span: &Span) {
     for branch in 0..out.all.len() {
         for number in 0..out.all[branch].1.bifurcations.len() {
             let bifurcation = &out.all[branch].1.bifurcations[number];
-            let Some(Unfollowed::Lost { period, .. }) = bifurcation.lost else {
+            let Some(Unfollowed::Lost { period, .. }) = bifurcation.unfollowed_branch else {
                 continue;
             };
             if is_end(out, span, bifurcation, period) {
-                out.all[branch].1.bifurcations[number].lost = None;
-            } else if let Some(lost) = &bifurcation.lost {
-                let message = format!("at {}: {lost}", bifurcation.orbit.at[span.axis]);
+                out.all[branch].1.bifurcations[number].unfollowed_branch = None;
+            } else if let Some(unfollowed_branch) = &bifurcation.unfollowed_branch {
+                let message = format!(
+                    "at {}: {unfollowed_branch}",
+                    bifurcation.orbit.at[span.axis]
+                );
                 out.failures.push(message);
             }
         }
@@ -187,13 +196,13 @@ fn begin(
     if out.all.len() >= settings.most {
         let message =
             "more orbits are found than continuation.branches allows; raise continuation.branches";
-        if !out.failures.iter().any(|known| known == message) {
+        if !out.failures.iter().any(|failure| failure == message) {
             out.failures.push(message.to_owned());
         }
         return Ok(());
     }
     if is_known(map, span, out, &orbit) {
-        out.known += 1;
+        out.repeated_orbits += 1;
         return Ok(());
     }
     let value = orbit.at[span.axis];
@@ -213,9 +222,9 @@ fn begin(
         for number in 0..out.all[parent].1.bifurcations.len() {
             Interrupted::check(interrupt)?;
             let before = out.all.len();
-            let lost = begun(map, span, settings, (parent, number), out);
+            let unfollowed_branch = follow_branches_at(map, span, settings, (parent, number), out);
             queue.extend(before..out.all.len());
-            out.all[parent].1.bifurcations[number].lost = lost;
+            out.all[parent].1.bifurcations[number].unfollowed_branch = unfollowed_branch;
         }
     }
     Ok(())
@@ -223,7 +232,7 @@ fn begin(
 
 /// Follows the branches that begin at a bifurcation, given by its branch and its number. Returns a branch that could
 /// not be followed, if any.
-fn begun(
+fn follow_branches_at(
     map: &mut impl CycleMap,
     span: &Span,
     settings: &ExplorationSettings,
@@ -236,18 +245,18 @@ fn begun(
         _ => bifurcation.orbit.period,
     };
     if is_end(out, span, &bifurcation, period) {
-        out.known += 1;
+        out.repeated_orbits += 1;
         return None;
     }
     if bifurcation.kind == Kind::PeriodDoubling && period > settings.search.longest {
         return Some(Unfollowed::Long { period });
     }
-    let mut lost = None;
+    let mut unfollowed_branch = None;
     for begins in switch::branches(map, span, &bifurcation) {
         let reason = match begins {
             Err(reason) => reason.to_string(),
             Ok([_, second]) if is_known(map, span, out, &second) => {
-                out.known += 1;
+                out.repeated_orbits += 1;
                 continue;
             }
             Ok(_) if out.all.len() >= settings.most => {
@@ -265,13 +274,13 @@ fn begun(
                 continue;
             }
         };
-        lost = Some(Unfollowed::Lost { period, reason });
+        unfollowed_branch = Some(Unfollowed::Lost { period, reason });
     }
-    lost
+    unfollowed_branch
 }
 
 /// Whether the one branch that begins at a period doubling has been followed already, in either direction.
-fn is_end(known: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool {
+fn is_end(branches: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool {
     if at.kind != Kind::PeriodDoubling {
         return false;
     }
@@ -282,7 +291,7 @@ fn is_end(known: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool 
             && difference <= SAME_PLACE * span.scale()
             && orbit.details.strobes.iter().any(near)
     };
-    known.all.iter().any(|(_, branch)| {
+    branches.all.iter().any(|(_, branch)| {
         let ends = [branch.orbits.first(), branch.orbits.last()];
         let begins = |end: &End| matches!(end, End::Start | End::Merged { .. });
         (branch.ends.iter().zip(ends)).any(|(end, orbit)| begins(end) && orbit.is_some_and(meets))
@@ -294,8 +303,8 @@ const SAME_PLACE: f64 = 1e-5;
 
 /// Whether an orbit lies on a known branch. It does if the orbit of that branch, on the plane through the given orbit
 /// and across a chord of the branch, is the same.
-fn is_known(map: &mut impl CycleMap, span: &Span, known: &Branches, orbit: &Orbit) -> bool {
-    for (_, branch) in &known.all {
+fn is_known(map: &mut impl CycleMap, span: &Span, branches: &Branches, orbit: &Orbit) -> bool {
+    for (_, branch) in &branches.all {
         if branch.orbits[0].period != orbit.period {
             continue;
         }
@@ -320,13 +329,14 @@ fn passes(
 ) -> bool {
     let [a, b] = [&branch.orbits[last - 1], &branch.orbits[last]];
     let chord = Vector::between(span, a, b);
-    let off = Vector {
+    let offset = Vector {
         u: start.iter().zip(&a.u).map(|(x, a)| x - a).collect(),
         p: (orbit.at[span.axis] - a.at[span.axis]) / span.scale(),
         size: chord.size,
     };
-    let along = off.cosine(&chord) * off.length() / chord.length();
-    if !(-PAST_CHORD..=1.0 + PAST_CHORD).contains(&along) || off.length() > 2.0 * chord.length() {
+    let along = offset.cosine(&chord) * offset.length() / chord.length();
+    if !(-PAST_CHORD..=1.0 + PAST_CHORD).contains(&along) || offset.length() > 2.0 * chord.length()
+    {
         return false;
     }
     let from = last.saturating_sub(2);
@@ -345,10 +355,10 @@ fn passes(
         size: chord.size,
     };
     [near, on_plane].into_iter().any(|guess| {
-        let found = place(map, span, a, &guess, PathCondition::Always(&chord));
-        found.is_ok_and(|found| {
-            same(&found, orbit) && {
-                let difference = (found.at[span.axis] - orbit.at[span.axis]).abs();
+        let branch_orbit = place(map, span, a, &guess, PathCondition::Always(&chord));
+        branch_orbit.is_ok_and(|branch_orbit| {
+            same(&branch_orbit, orbit) && {
+                let difference = (branch_orbit.at[span.axis] - orbit.at[span.axis]).abs();
                 difference <= SAME_PLACE * span.scale()
             }
         })

@@ -38,7 +38,7 @@ pub struct Touches {
 
 impl Touches {
     /// Whether two sequences are the same up to a cyclic shift.
-    pub fn alike(&self, other: &Self) -> bool {
+    pub fn is_cyclic_shift_of(&self, other: &Self) -> bool {
         let (a, b) = (&self.sequence, &other.sequence);
         a.len() == b.len()
             && (a.is_empty()
@@ -117,7 +117,7 @@ pub struct TouchObserver<'m> {
     rising: Vec<Option<bool>>,
     /// For every contact, a possible extreme at the start of the period. It is an extreme if the rate of the depth has
     /// the opposite sign at the end of the period.
-    first: Vec<Option<Extreme>>,
+    start_extremes: Vec<Option<Extreme>>,
     touches: Touches,
     sums: [f64; 3],
     /// Smallest and largest δ, largest |F|.
@@ -131,7 +131,7 @@ impl<'m> TouchObserver<'m> {
             model,
             motion: None,
             rising: vec![None; model.contacts.len()],
-            first: vec![None; model.contacts.len()],
+            start_extremes: vec![None; model.contacts.len()],
             touches: Touches::default(),
             sums: [0.0; 3],
             bounds: [f64::INFINITY, f64::NEG_INFINITY, 0.0],
@@ -142,18 +142,18 @@ impl<'m> TouchObserver<'m> {
     /// window contains.
     pub fn of_period(self) -> Touches {
         let mut touches = self.touches;
-        let turned = (self.first.into_iter().flatten())
-            .filter(|first| self.rising[first.contact] == Some(!first.minimum));
-        touches.extremes.splice(0..0, turned);
+        let extremes_at_start = (self.start_extremes.into_iter().flatten())
+            .filter(|extreme| self.rising[extreme.contact] == Some(!extreme.minimum));
+        touches.extremes.splice(0..0, extremes_at_start);
         touches
     }
 
     /// The motion of the mesh.
     pub fn motion(&self) -> super::map::Motion {
-        let [time, first, second] = self.sums;
-        let mean = first / time;
+        let [time, sum, square_sum] = self.sums;
+        let mean = sum / time;
         super::map::Motion {
-            rms: (second / time - mean * mean).max(0.0).sqrt(),
+            rms: (square_sum / time - mean * mean).max(0.0).sqrt(),
             mean,
             smallest: self.bounds[0],
             largest: self.bounds[1],
@@ -166,11 +166,11 @@ impl<'m> TouchObserver<'m> {
         let contact_data = &self.model.contacts[contact];
         let segment = &window.segments[contact];
         let line = self.model.line(segment);
-        let shown = window
+        let closed_contact = window
             .closed
             .iter()
             .find(|closed| closed.contact == contact);
-        let mut out = if let Some(closed) = shown {
+        let mut out = if let Some(closed) = closed_contact {
             padded(closed.deflection)
         } else if line == self.model.line(&window.segments[0]) {
             padded(window.deflection)
@@ -211,7 +211,7 @@ impl Observer for TouchObserver<'_> {
         for (sum, value) in self.sums.iter_mut().zip([1.0, deflection[0], square]) {
             *sum += window.duration * value;
         }
-        let mut extreme_of = |series: &Series, x: f64, peak: bool| {
+        let mut widen_bounds = |series: &Series, x: f64, peak: bool| {
             let value = evaluate(series, x);
             if peak {
                 self.bounds[2] = self.bounds[2].max(value.abs())
@@ -222,8 +222,8 @@ impl Observer for TouchObserver<'_> {
         };
         let force = padded(window.force);
         for x in [-1.0, 1.0] {
-            extreme_of(&deflection, x, false);
-            extreme_of(&force, x, true);
+            widen_bounds(&deflection, x, false);
+            widen_bounds(&force, x, true);
         }
         for (series, peak) in [(&deflection, false), (&force, true)] {
             let slope = derivative(series);
@@ -234,7 +234,7 @@ impl Observer for TouchObserver<'_> {
                 &slope,
                 SLOPE_NOISE * size,
                 &mut rising,
-                |x, _| extreme_of(series, x, peak),
+                |x, _| widen_bounds(series, x, peak),
             );
         }
         for contact in 0..self.model.contacts.len() {
@@ -259,7 +259,7 @@ impl Observer for TouchObserver<'_> {
             );
             if self.rising[contact].is_none() {
                 let odd = (extremes.len() - before) % 2 == 1;
-                self.first[contact] = rising.map(|last| Extreme {
+                self.start_extremes[contact] = rising.map(|last| Extreme {
                     contact,
                     minimum: last != odd,
                     time: start,

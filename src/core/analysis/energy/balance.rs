@@ -176,7 +176,7 @@ impl<'m> Balance<'m> {
             return coupled.magnitude(model, window, phase);
         }
         let turning = (model.blocks.iter().enumerate()).filter(|(i, _)| !model.neutral.contains(i));
-        let turned: f64 = (turning.clone())
+        let torque_work: f64 = (turning.clone())
             .map(|(i, block)| (block.static_input[1] * window.first[i]).abs())
             .sum();
         let mut contacts = 0.0;
@@ -191,10 +191,10 @@ impl<'m> Balance<'m> {
                 .map(|(i, _)| (gains[i].deflection[0] * window.first[i]).abs());
             let room = along.fold(model.half_gap + deflection.abs(), |sum, a| sum + a);
             let stretch = (deflection - contact.side * contact.half_gap).abs();
-            let known = stretch + f64::EPSILON * room;
-            contacts += segment.stiffness_at(phase) * known * room;
+            let padded_stretch = stretch + f64::EPSILON * room;
+            contacts += segment.stiffness_at(phase) * padded_stretch * room;
         }
-        self.structure(window.first, window.second) + turned + contacts
+        self.structure(window.first, window.second) + torque_work + contacts
     }
 
     /// Passes each work \[J\] of a window, and of the steps since the last window, to `work`.
@@ -330,12 +330,12 @@ impl<'m> Balance<'m> {
         }
         if let Some(friction) = model.friction_of(closed.contact) {
             // While dry friction sticks, the deflection of its line describes its force, not its motion.
-            let moved = if model.is_slip(closed.contact) {
+            let work_against_friction = if model.is_slip(closed.contact) {
                 force[0] * (at_end(&deflection) - at_start(&deflection))
             } else {
                 force[0] * friction.belt_speed * tau
             };
-            work(Cause::Friction, -moved);
+            work(Cause::Friction, -work_against_friction);
             return;
         }
         if model.is_rest(closed.contact) {
@@ -380,18 +380,18 @@ fn steps(
         if old == new && !released {
             continue;
         }
-        let turned =
+        let may_change_length =
             model.line(old) != model.line(new) || !(old.error.is_none() && new.error.is_none());
         match springs {
             [Some([k, length]), Some([stepped, stretched])] => {
                 // If line and error stay the same, the spring has the same length in both windows.
-                let length = if turned { length } else { stretched };
+                let length = if may_change_length { length } else { stretched };
                 let squares = [length * length, stretched * stretched];
                 work(
                     Cause::Stiffness,
                     0.25 * (stepped - k) * (squares[0] + squares[1]),
                 );
-                if turned {
+                if may_change_length {
                     work(
                         Cause::Error,
                         0.25 * (stepped + k) * (squares[1] - squares[0]),
@@ -399,7 +399,7 @@ fn steps(
                 }
             }
             // If contact ends or begins at the gap, the spring stores no energy there.
-            [resting, holds] if turned || released => {
+            [resting, holds] if may_change_length || released => {
                 let gained = holds.map_or(0.0, energy) - resting.map_or(0.0, energy);
                 let cause = if released { Cause::Contact } else { Cause::Error };
                 work(cause, gained);

@@ -55,7 +55,7 @@ struct Statistics {
     /// Averages of δ/b, (δ/b)² and (δ'T/b)² at the strobe.
     strobe: [Average; 3],
     /// RMS deflection \[m\] and events per cycle.
-    coarse: [f64; 2],
+    rms_and_event_rate: [f64; 2],
 }
 
 /// A mean and its standard error.
@@ -128,7 +128,7 @@ impl Attractor {
                 series(&|deflection, _| (scale * deflection).powi(2)),
                 series(&|_, velocity| (scale * model.period() * velocity).powi(2)),
             ],
-            coarse: [
+            rms_and_event_rate: [
                 outcome.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms),
                 outcome.events_per_cycle.unwrap_or(0.0),
             ],
@@ -208,10 +208,10 @@ fn same_orbit(norm: &EnergyNorm, a: &[Vec<f64>], b: &[Vec<f64>]) -> bool {
 }
 
 fn same_statistics(a: &Statistics, b: &Statistics) -> bool {
-    let coarse = a.coarse.iter().zip(&b.coarse);
+    let rms_and_event_rate = a.rms_and_event_rate.iter().zip(&b.rms_and_event_rate);
     a.exponent.agrees(b.exponent, NEAR_EXPONENT)
         && (0..3).all(|i| a.strobe[i].agrees_relative(b.strobe[i]))
-        && coarse.fold(true, |same, (x, y)| {
+        && rms_and_event_rate.fold(true, |same, (x, y)| {
             same && (x - y).abs() <= COARSE * x.abs().max(y.abs())
         })
 }
@@ -227,7 +227,7 @@ mod tests {
         let mut statistics = Statistics {
             exponent: average(0.8, 0.01),
             strobe: [average(0.02, 0.01), average(1.5, 0.02), average(30.0, 0.5)],
-            coarse: [1e-5, 2.5],
+            rms_and_event_rate: [1e-5, 2.5],
         };
         change(&mut statistics);
         Attractor {
@@ -260,7 +260,10 @@ mod tests {
             assert!(!same(&|s| s.strobe[i].mean += 8.0 * error), "{i}");
         }
         for i in 0..2 {
-            assert!(same(&|s| s.coarse[i] *= 1.3) && !same(&|s| s.coarse[i] *= 1.4));
+            assert!(
+                same(&|s| s.rms_and_event_rate[i] *= 1.3)
+                    && !same(&|s| s.rms_and_event_rate[i] *= 1.4)
+            );
         }
         let mut other = statistics(|_| {});
         other.class = Class::QuasiPeriodic;

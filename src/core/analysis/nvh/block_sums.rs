@@ -120,7 +120,7 @@ impl<T: Summable> BlockSums<T> {
         change(&mut self.current);
     }
 
-    /// Units per complete stretch.
+    /// Length of a complete stretch in the caller's units, such as mesh cycles. It doubles when stretches are joined.
     pub(in crate::analysis) fn length(&self) -> u64 {
         self.length
     }

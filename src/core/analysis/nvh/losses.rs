@@ -49,15 +49,16 @@ impl Losses {
         force: Option<&NodeValues<'_>>,
         mut lost: impl FnMut(usize, f64),
     ) {
-        let is_of_first = |contact: usize| contact < self.flank_springs;
-        let of_first = (window.closed.iter()).filter(|closed| is_of_first(closed.contact));
-        let only = force.filter(|_| of_first.count() == 1);
+        let is_in_first_mesh = |contact: usize| contact < self.flank_springs;
+        let closed_in_first_mesh =
+            (window.closed.iter()).filter(|closed| is_in_first_mesh(closed.contact));
+        let only = force.filter(|_| closed_in_first_mesh.count() == 1);
         for closed in window.closed {
             let speed = self.speeds[window.segments[closed.contact].direction];
             if speed == 0.0 {
                 continue;
             }
-            let force = match only.filter(|_| is_of_first(closed.contact)) {
+            let force = match only.filter(|_| is_in_first_mesh(closed.contact)) {
                 Some(force) => modulus_at_nodes(set, force),
                 None => modulus(&padded(closed.force)),
             };
@@ -65,7 +66,7 @@ impl Losses {
         }
     }
 
-    /// Writes the statistics from the mean losses \[W\] of all contacts; `found` has the mean force.
+    /// Writes the statistics from the mean losses \[W\] of all contacts; `outcome` already has the mean force.
     pub fn write_statistics(&self, losses: Vec<f64>, outcome: &mut NvhOutcome) {
         let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
         let through = self.rolling.base_speed * outcome.force_mean;

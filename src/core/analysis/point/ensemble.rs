@@ -10,7 +10,7 @@ use crate::analysis::classify::{Evidence, Verdict, classify};
 use crate::analysis::config::Effort;
 use crate::analysis::course::course;
 use crate::analysis::dimension::kaplan_yorke;
-use crate::analysis::evidence::{ChainRecord, ChaosAverages, ChaosOutcome, EvidenceOutcome};
+use crate::analysis::evidence::{ChaosAverages, ChaosOutcome, EvidenceOutcome, GrowthRecord};
 use crate::analysis::outcome::{
     Class, LyapunovMethod, LyapunovOutcome, NvhErrors, NvhOutcome, PointOutcome, Status,
 };
@@ -134,7 +134,7 @@ impl<K: Kernel> PointRun<'_, K> {
             ess: look.ess,
             rhat: look.rhat,
             rotation_number: None,
-            chains: chains.map(|_| chain_record(&parts)),
+            chains: chains.map(|_| growth_record(&parts)),
         };
         if let Some(member) = self.staying(&members).next() {
             self.trajectory = member.trajectory.clone();
@@ -463,10 +463,10 @@ fn chaos_averages(all: &Record) -> Option<ChaosAverages> {
 }
 
 /// Averages of growth, trajectory after trajectory.
-fn chain_record(parts: &[&Record]) -> ChainRecord {
+fn growth_record(parts: &[&Record]) -> GrowthRecord {
     let chains = parts.iter().filter_map(|part| part.averages());
     let chains: Vec<&[f64]> = chains.map(|averages| averages.values()).collect();
-    ChainRecord {
+    GrowthRecord {
         lengths: chains.iter().map(|chain| chain.len() as f64).collect(),
         growth: chains.concat(),
     }

@@ -41,7 +41,7 @@ pub(super) enum Ending {
     Torus(Torus),
 }
 
-/// State of a trajectory since the growth of neighbours faded.
+/// For a trajectory with faded growth of neighbours: its record up to then, and when to search for an orbit next.
 struct FadedGrowth {
     /// The record before the growth faded, without the last cycles, in which the motion changed.
     record: Record,

@@ -88,7 +88,7 @@ pub fn investigate_onward<K: Kernel>(
         Err(Interruption::Interrupted) => Err(Interrupted),
         Err(Interruption::Stop(stop)) => run.stopped(stop),
         Err(Interruption::Runaway(runaway)) => {
-            Ok(run.unanswered(Status::Diverged, runaway.to_string()))
+            Ok(run.without_results(Status::Diverged, runaway.to_string()))
         }
     };
     *trajectory = run.trajectory;
@@ -134,16 +134,17 @@ impl<K: Kernel> PointRun<'_, K> {
             let events = self.counters.events;
             self.plain_cycle(&mut ())?;
             recurrence.push(&self.trajectory.state);
-            let quiet =
+            let without_event =
                 self.counters.events == events && self.model.touches(self.trajectory.contact);
             if let Some(steady) = &mut steady
-                && steady.is_due(quiet, self.trajectory.cycle)
+                && steady.is_due(without_event, self.trajectory.cycle)
                 && self.stays_locked(steady.period())
                 && let Some(orbit) = self.seek_steady(steady)?
             {
                 return Ok(Some(orbit));
             }
-            let orbit_expected = (steady.as_ref()).is_some_and(|s| s.is_quiet() && s.attracts());
+            let orbit_expected =
+                (steady.as_ref()).is_some_and(|s| s.stayed_in_contact() && s.attracts());
             if (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles)) && !orbit_expected {
                 let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
                 let orbit = self.seek_orbit(&candidates)?;

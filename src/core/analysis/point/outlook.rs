@@ -48,18 +48,23 @@ impl ExpectedCycles {
         let exponent = outcome
             .lyapunov
             .as_ref()
-            .filter(|found| found.stderr().is_finite());
-        let parting = exponent.filter(|found| found.exponents[0] > PARTS * found.stderr());
-        let (Some(found), Some(target)) = (parting, target) else {
+            .filter(|lyapunov| lyapunov.stderr().is_finite());
+        let certain_exponent =
+            exponent.filter(|lyapunov| lyapunov.exponents[0] > PARTS * lyapunov.stderr());
+        let (Some(lyapunov), Some(target)) = (certain_exponent, target) else {
             let [expected, spread] = UNDECIDED.map(|part| part * first);
             return Self { expected, spread };
         };
-        let (lambda, error) = (found.exponents[0], found.stderr());
+        let (lambda, error) = (lyapunov.exponents[0], lyapunov.stderr());
         let ratio = (error / target).max(SIGMAS * error / lambda);
-        let wanted = outcome.measured_cycles as f64 * ratio * ratio;
+        let required_cycles = outcome.measured_cycles as f64 * ratio * ratio;
         // If the wanted cycles exceed the budget, the first look ends the point.
-        let looks = (wanted / first).log2().ceil().max(0.0);
-        let enough = if wanted <= budget { (first * looks.exp2()).min(budget) } else { first };
+        let looks = (required_cycles / first).log2().ceil().max(0.0);
+        let enough = if required_cycles <= budget {
+            (first * looks.exp2()).min(budget)
+        } else {
+            first
+        };
         let skew = match config.effort() {
             Effort::Verified => enough.max(SKEWED as f64).min(budget),
             Effort::Survey => (2.0 * enough).min(budget),
@@ -111,7 +116,7 @@ mod tests {
                 course: None,
             }),
             measured_cycles: 400,
-            ..PointOutcome::unanswered(Status::NotConverged, String::new())
+            ..PointOutcome::without_results(Status::NotConverged, String::new())
         };
         let found = ExpectedCycles::of(&config, &outcome);
         [found.expected, found.spread]

@@ -148,7 +148,7 @@ impl Recorders {
     /// The least precise statistic; `None` before there is one.
     pub(super) fn loosest(&self) -> Option<LeastPrecise> {
         let nvh = self.statistics()?;
-        if self.spectra.as_ref().is_some_and(|all| !all.begun()) {
+        if self.spectra.as_ref().is_some_and(|all| !all.has_segments()) {
             return Some(LeastPrecise {
                 name: "a spectrum".to_owned(),
                 error: f64::INFINITY,

@@ -229,16 +229,16 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// The outcome of an integration that a kernel ended.
     pub(super) fn stopped(&self, stop: Stop) -> Result<PointOutcome, Interrupted> {
-        Ok(self.unanswered(Status::try_from(stop)?, stop.to_string()))
+        Ok(self.without_results(Status::try_from(stop)?, stop.to_string()))
     }
 
     /// The outcome of an integration without results.
-    pub(super) fn unanswered(&self, status: Status, reason: String) -> PointOutcome {
+    pub(super) fn without_results(&self, status: Status, reason: String) -> PointOutcome {
         PointOutcome {
             energy_residual: self.energy_residual,
             grazing_count: self.counters.grazings,
             cycles: self.counters.cycles,
-            ..PointOutcome::unanswered(status, reason)
+            ..PointOutcome::without_results(status, reason)
         }
     }
 }

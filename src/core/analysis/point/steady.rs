@@ -21,8 +21,8 @@ pub(super) struct Steady {
     /// Period of the excitation \[mesh cycles\].
     period: u32,
     /// Cycles in contact since the last event.
-    quiet: u64,
-    /// Quiet cycles at the next search; later searches follow at doubled counts.
+    cycles_without_event: u64,
+    /// Cycles without event at the next search; later searches follow at doubled counts.
     next: u64,
     /// `None` until a search; then `Some(None)` if contact does not last.
     orbit: Option<Option<PeriodicOrbit>>,
@@ -34,7 +34,7 @@ impl Steady {
         let period = recurrence.excitation()?;
         (period <= LONGEST_LOOK).then(|| Self {
             period,
-            quiet: 0,
+            cycles_without_event: 0,
             next: period.into(),
             orbit: None,
         })
@@ -53,20 +53,21 @@ impl Steady {
 
     /// Records a cycle that ends at mesh cycle `cycle`, with or without an event. Returns whether a search is
     /// due.
-    pub(super) fn is_due(&mut self, quiet: bool, cycle: u64) -> bool {
-        self.quiet = if quiet { self.quiet + 1 } else { 0 };
+    pub(super) fn is_due(&mut self, without_event: bool, cycle: u64) -> bool {
+        self.cycles_without_event = if without_event { self.cycles_without_event + 1 } else { 0 };
         let start = |orbit: &PeriodicOrbit| orbit.start.cycle;
         let start = self.orbit.iter().flatten().next().map_or(cycle, start);
-        let due = self.quiet >= self.next && (cycle - start).is_multiple_of(self.period.into());
+        let due = self.cycles_without_event >= self.next
+            && (cycle - start).is_multiple_of(self.period.into());
         if due {
-            self.next = 2 * self.quiet;
+            self.next = 2 * self.cycles_without_event;
         }
         due
     }
 
     /// Whether the trajectory has stayed in contact for a period.
-    pub(super) fn is_quiet(&self) -> bool {
-        self.quiet >= self.period.into()
+    pub(super) fn stayed_in_contact(&self) -> bool {
+        self.cycles_without_event >= self.period.into()
     }
 }
 
@@ -125,7 +126,7 @@ impl<K: Kernel> PointRun<'_, K> {
             (self.trajectory, self.counters) = (next_state, counters);
         }
         if approach.is_none() {
-            steady.quiet = 0;
+            steady.cycles_without_event = 0;
         }
         Ok(approach.map(|approach| {
             let attracting = Attracting {

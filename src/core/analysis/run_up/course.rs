@@ -62,15 +62,15 @@ impl RunUpConfig {
             let speed = composed(self.speed.cubic(middle), &since_middle);
             let mut stretch = SpeedInterval::steady(length, 0.0, 0.0);
             for (k, a) in speed.iter().enumerate().take(COURSE_TERMS - 1) {
-                stretch.turned[k + 1] = a / (k + 1) as f64;
+                stretch.rotation[k + 1] = a / (k + 1) as f64;
             }
             stretch.load = match &self.load {
                 LoadLaw::OverTime(course) => composed(course.cubic(middle), &since_middle),
                 LoadLaw::OverSpeed(course) => {
                     let there = self.speed_at(middle);
-                    let mut beyond = speed;
-                    beyond[0] -= there;
-                    composed(course.cubic(there), &beyond)
+                    let mut speed_difference = speed;
+                    speed_difference[0] -= there;
+                    composed(course.cubic(there), &speed_difference)
                 }
             };
             stretch
@@ -104,8 +104,8 @@ impl RunUpConfig {
             ((first < speed) != (last < speed)).then(|| {
                 for _ in 0..f64::MANTISSA_DIGITS {
                     let middle = 0.5 * (below + above);
-                    let passed = (self.speed_at(middle) < speed) != (first < speed);
-                    *(if passed { &mut above } else { &mut below }) = middle;
+                    let crossing_is_before = (self.speed_at(middle) < speed) != (first < speed);
+                    *(if crossing_is_before { &mut above } else { &mut below }) = middle;
                 }
                 above
             })
@@ -186,12 +186,12 @@ mod tests {
         ];
         for load in laws {
             let own = config(speed.clone(), load);
-            let (mut time, mut turned) = (0.0, 0.0);
+            let (mut time, mut rotation) = (0.0, 0.0);
             for stretch in own.stretches() {
                 for part in [0.0, 0.3, 0.7, 1.0] {
                     let since = part * stretch.duration;
                     let sum = |a: &Course| a.iter().rev().fold(0.0, |sum, a| sum * since + a);
-                    let rate = std::array::from_fn(|k| match stretch.turned.get(k + 1) {
+                    let rate = std::array::from_fn(|k| match stretch.rotation.get(k + 1) {
                         Some(a) => (k + 1) as f64 * a,
                         None => 0.0,
                     });
@@ -200,8 +200,8 @@ mod tests {
                     let off = (sum(&stretch.load) - own.load_at(at)).abs();
                     assert!(off < 1e-7, "{at} {off}");
                 }
-                let series = stretch.turned.iter().rev();
-                turned += series.fold(0.0, |sum, a| sum * stretch.duration + a);
+                let series = stretch.rotation.iter().rev();
+                rotation += series.fold(0.0, |sum, a| sum * stretch.duration + a);
                 time += stretch.duration;
             }
             assert!((time - 6.0).abs() < 1e-12);
@@ -213,7 +213,7 @@ mod tests {
                     (to - from) / 6.0 * (pair[0][1] + 4.0 * middle + pair[1][1])
                 })
                 .sum();
-            assert!((turned - exact).abs() < 1e-9, "{turned} {exact}");
+            assert!((rotation - exact).abs() < 1e-9, "{rotation} {exact}");
         }
     }
 }

@@ -46,10 +46,10 @@ impl Spectra {
     }
 
     /// Whether every signal has a spectrum by now.
-    pub fn begun(&self) -> bool {
+    pub fn has_segments(&self) -> bool {
         match self {
             Self::Lines(_) => true,
-            Self::Welch(welch) => welch.begun(),
+            Self::Welch(welch) => welch.has_segments(),
         }
     }
 

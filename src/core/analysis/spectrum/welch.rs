@@ -54,7 +54,7 @@ pub struct Welch {
     /// The cycle of the first window.
     first: Option<u64>,
     /// Samples taken since then.
-    taken: u64,
+    sample_count: u64,
     records: Vec<Record>,
     transform: Arc<dyn RealToComplex<f64>>,
     hann: Vec<f64>,
@@ -85,15 +85,15 @@ impl Record {
         let mean = sum / count;
         let spread = (squares / count - mean * mean).max(0.0);
         let error = (OVERLAP * spread / (count - 1.0)).sqrt();
-        let known = self.segments >= FEWEST_SEGMENTS;
+        let has_error = self.segments >= FEWEST_SEGMENTS;
         // Gauss: σ(A) = σ(A²)/2A.
-        let stderr = known.then(|| if mean > 0.0 { 0.5 * error / mean.sqrt() } else { 0.0 });
+        let stderr = has_error.then(|| if mean > 0.0 { 0.5 * error / mean.sqrt() } else { 0.0 });
         (mean.sqrt(), stderr)
     }
 }
 
 /// The transform of a segment; `None` if its length is not that of the plan, the only possible failure.
-fn transformed(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
+fn fourier_transform(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
     if portable() {
         // The planner's choice depends on the processor.
         return Some(linalg::transform(&input));
@@ -124,7 +124,7 @@ impl Welch {
             samples,
             highest_order,
             first: None,
-            taken: 0,
+            sample_count: 0,
             records: signals
                 .map(|signal| Record::new(signal, samples, highest_order * cycles))
                 .collect(),
@@ -136,7 +136,7 @@ impl Welch {
     /// Forgets everything accumulated.
     pub fn restart(&mut self) {
         self.first = None;
-        self.taken = 0;
+        self.sample_count = 0;
         for record in &mut self.records {
             record.samples.clear();
             record.power.fill([0.0; 2]);
@@ -160,12 +160,12 @@ impl Welch {
 
     /// Cycle, counted from the first, and phase of the next sample, both exact: the number of
     /// samples is a power of two.
-    fn next_place(&self) -> (u64, f64) {
-        let turned = self.taken * self.cycles as u64;
+    fn next_sample_time(&self) -> (u64, f64) {
+        let sample_cycles = self.sample_count * self.cycles as u64;
         let samples = self.samples as u64;
         (
-            turned / samples,
-            (turned % samples) as f64 / self.samples as f64,
+            sample_cycles / samples,
+            (sample_cycles % samples) as f64 / self.samples as f64,
         )
     }
 
@@ -175,7 +175,7 @@ impl Welch {
         let end = window.start + window.duration;
         let mut series: Vec<Series> = Vec::new();
         loop {
-            let (cycle, phase) = self.next_place();
+            let (cycle, phase) = self.next_sample_time();
             let time = phase * self.period;
             // A sample that round-off places after the last window of its cycle is read in the next one.
             if cycle > here || (cycle == here && time >= end) {
@@ -193,7 +193,7 @@ impl Welch {
             for (record, series) in self.records.iter_mut().zip(&series) {
                 record.samples.push(evaluate(series, x));
             }
-            self.taken += 1;
+            self.sample_count += 1;
             let full = |record: &Record| record.samples.len() == self.samples;
             if self.records.iter().any(full) {
                 self.transform_segments();
@@ -207,7 +207,7 @@ impl Welch {
             let input: Vec<f64> = (record.samples.iter().zip(&self.hann))
                 .map(|(s, w)| w * (s - mean))
                 .collect();
-            if let Some(output) = transformed(&*self.transform, input) {
+            if let Some(output) = fourier_transform(&*self.transform, input) {
                 for ([sum, squares], c) in record.power.iter_mut().zip(&output[1..]) {
                     let power = c.norm_sqr();
                     *sum += power;
@@ -220,7 +220,7 @@ impl Welch {
     }
 
     /// Whether every signal has a complete segment.
-    pub fn begun(&self) -> bool {
+    pub fn has_segments(&self) -> bool {
         self.records.iter().all(|record| record.segments > 0)
     }
 
@@ -290,8 +290,8 @@ mod tests {
         for cycle in cycles[0]..cycles[1] {
             for w in 0..windows {
                 let (start, tau) = (w as f64 / f64::from(windows), 1.0 / f64::from(windows));
-                let turned = TAU * order * (cycle as f64 + start) + phase;
-                let mut sine = cosine_series(TAU * order, turned, tau);
+                let sample_cycles = TAU * order * (cycle as f64 + start) + phase;
+                let mut sine = cosine_series(TAU * order, sample_cycles, tau);
                 sine.iter_mut().for_each(|a| *a *= amplitude);
                 let shown = Window {
                     cycle,

@@ -3,7 +3,7 @@
 //! Back substitution gives such vectors by round-off: they may be nearly parallel although the eigenvalue has enough
 //! independent ones. Inverse iteration of a whole subspace finds orthonormal ones.
 
-use super::parts::{ALIKE, BESIDE, SCALAR};
+use super::parts::{CLUSTER_DISTANCE, CLUSTER_SHIFT, SCALAR_DEVIATION};
 use faer::{Mat, prelude::*};
 
 /// Replaces the vectors, columns of `vectors`, of coinciding complex eigenvalues above the real axis.
@@ -13,8 +13,8 @@ pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, sma
         .filter(|k| values[*k].im > smallest)
         .collect();
     while let Some(first) = left.first().copied() {
-        let alike = |k: &usize| (values[*k] - values[first]).norm() <= ALIKE * size;
-        let (cluster, others): (Vec<usize>, Vec<usize>) = left.into_iter().partition(alike);
+        let in_cluster = |k: &usize| (values[*k] - values[first]).norm() <= CLUSTER_DISTANCE * size;
+        let (cluster, others): (Vec<usize>, Vec<usize>) = left.into_iter().partition(in_cluster);
         left = others;
         if cluster.len() > 1 {
             let sum: c64 = cluster.iter().map(|k| values[*k]).sum();
@@ -33,7 +33,7 @@ pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, sma
 fn eigenvectors(a: &Mat<f64>, value: c64, count: usize, size: f64) -> Mat<c64> {
     let n = a.nrows();
     let complex = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]));
-    let nearby = Scale(value + c64::new(BESIDE * size, 0.0));
+    let nearby = Scale(value + c64::new(CLUSTER_SHIFT * size, 0.0));
     let shifted = &complex - Mat::<c64>::identity(n, n) * nearby;
     let lu = shifted.partial_piv_lu();
     let turn = |i: usize, j: usize| c64::cis(((i + 1) * (j + 2)) as f64);
@@ -41,12 +41,12 @@ fn eigenvectors(a: &Mat<f64>, value: c64, count: usize, size: f64) -> Mat<c64> {
     for _ in 0..4 {
         basis = lu.solve(&basis).qr().compute_thin_Q();
     }
-    let on_it = basis.adjoint() * &complex * &basis;
-    let off = &on_it - Mat::<c64>::identity(count, count) * Scale(value);
-    if off.norm_l2() <= SCALAR * size {
+    let restriction = basis.adjoint() * &complex * &basis;
+    let deviation = &restriction - Mat::<c64>::identity(count, count) * Scale(value);
+    if deviation.norm_l2() <= SCALAR_DEVIATION * size {
         return basis;
     }
-    match on_it.eigen() {
+    match restriction.eigen() {
         Ok(eigen) => basis * eigen.U(),
         Err(_) => basis,
     }

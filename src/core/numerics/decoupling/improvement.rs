@@ -1,6 +1,6 @@
 //! Newton steps with compensated residuals that make blocks exact.
 
-use super::parts::{Block, EQUAL, IMPROVEMENTS};
+use super::parts::{Block, EQUAL_EIGENVALUES, IMPROVEMENTS};
 use faer::{Mat, prelude::*};
 use multiversion::multiversion;
 
@@ -130,7 +130,7 @@ pub(super) fn sylvester(
             }
         }
         // Blocks with common eigenvalues leave combinations undetermined, which are set to zero.
-        if m[row][order[column]].abs() <= EQUAL * m[0][order[0]].abs() {
+        if m[row][order[column]].abs() <= EQUAL_EIGENVALUES * m[0][order[0]].abs() {
             rank = k;
             break;
         }

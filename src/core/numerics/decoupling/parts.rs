@@ -11,25 +11,25 @@ pub(super) const SVD_ROUND_OFF: f64 = 256.0 * f64::EPSILON;
 pub const CONDITION_BOUND: f64 = 3e6;
 /// Two real eigenvectors whose cosine exceeds this are kept in one block.
 pub(super) const PARALLEL_COSINE: f64 = 0.9;
-/// Above this condition number the real and imaginary part of an eigenvector are replaced by an
-/// orthonormal basis of their plane.
-pub(super) const ROTATION_CONDITION: f64 = 100.0;
+/// Largest condition number of the real and imaginary part of an eigenvector that span a block as they are. It also
+/// decides whether a double real eigenvalue that round-off has split has two eigenvectors.
+pub(super) const MOST_EIGENVECTOR_CONDITION: f64 = 100.0;
 /// Above this condition number two eigenvectors no longer determine their common plane.
 pub(super) const PLANE_CONDITION: f64 = 1e5;
 /// Imaginary parts below this fraction of the matrix norm are round-off of a double real eigenvalue.
-pub(super) const SPLIT: f64 = 16.0 * f64::EPSILON;
+pub(super) const SPLIT_IMAGINARY: f64 = 16.0 * f64::EPSILON;
 /// Imaginary parts below this fraction of the matrix norm are too uncertain to scale a block with.
-pub(super) const COMPLEX: f64 = 1e-9;
+pub(super) const LEAST_IMAGINARY: f64 = 1e-9;
 /// Differences of eigenvalues below this fraction of their size count as zero.
-pub(super) const EQUAL: f64 = 1e-10;
+pub(super) const EQUAL_EIGENVALUES: f64 = 1e-10;
 /// Complex eigenvalues closer than this fraction of the matrix norm are separated together.
-pub(super) const ALIKE: f64 = 1e-11;
+pub(super) const CLUSTER_DISTANCE: f64 = 1e-11;
 /// Distance of the shift of inverse iteration from such eigenvalues, as a fraction of the matrix norm.
-pub(super) const BESIDE: f64 = 1e-9;
+pub(super) const CLUSTER_SHIFT: f64 = 1e-9;
 /// Deviation from a multiple of the identity, as a fraction of the matrix norm, that is round-off.
-pub(super) const SCALAR: f64 = 1e-14;
+pub(super) const SCALAR_DEVIATION: f64 = 1e-14;
 /// Residual, as a fraction of the matrix norm, above which an eigenvector is computed again.
-pub(super) const POOR: f64 = 1e-10;
+pub(super) const POOR_RESIDUAL: f64 = 1e-10;
 /// Distance of the shift of inverse iteration from its eigenvalue, as a fraction of the matrix norm.
 pub(super) const OFFSET: f64 = 1e-7;
 /// Largest number of steps of iterative improvement.

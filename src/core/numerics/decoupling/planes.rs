@@ -3,8 +3,8 @@
 use super::clusters::separate;
 use super::improvement::{dot, norm, unit_length};
 use super::parts::{
-    Block, COMPLEX, Direction, OFFSET, PARALLEL_COSINE, PLANE_CONDITION, POOR, ROTATION_CONDITION,
-    ROUND_OFF, SPLIT,
+    Block, Direction, LEAST_IMAGINARY, MOST_EIGENVECTOR_CONDITION, OFFSET, PARALLEL_COSINE,
+    PLANE_CONDITION, POOR_RESIDUAL, ROUND_OFF, SPLIT_IMAGINARY,
 };
 use faer::{Mat, prelude::*};
 use std::cmp::Reverse;
@@ -84,7 +84,7 @@ impl<'a> Columns<'a> {
         let values: Vec<c64> = eigen.S().column_vector().iter().copied().collect();
         let mut vectors = eigen.U().to_owned();
         let size = inner.norm_l2();
-        separate(inner, &values, &mut vectors, COMPLEX * size);
+        separate(inner, &values, &mut vectors, LEAST_IMAGINARY * size);
         let mut real = Vec::new();
         for (k, value) in values.into_iter().enumerate() {
             // The conjugate eigenvalue has the same plane.
@@ -103,10 +103,10 @@ impl<'a> Columns<'a> {
                 continue;
             }
             let condition = condition(&parts);
-            if value.im <= SPLIT * size && condition <= ROTATION_CONDITION {
+            if value.im <= SPLIT_IMAGINARY * size && condition <= MOST_EIGENVECTOR_CONDITION {
                 // Round-off has split a double real eigenvalue with two eigenvectors.
                 real.extend(orthonormal(parts).map(|vector| (value.re, vector)));
-            } else if value.im > COMPLEX * size && condition <= ROTATION_CONDITION {
+            } else if value.im > LEAST_IMAGINARY * size && condition <= MOST_EIGENVECTOR_CONDITION {
                 let generator = [[value.re, value.im], [-value.im, value.re]];
                 blocks.push(self.lift(parts, generator, true));
             } else {
@@ -312,7 +312,7 @@ pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
         (0..n).map(|i| row(i).norm_sqr()).sum::<f64>().sqrt()
     };
     let size = a.norm_l2();
-    if residual(vector) <= POOR * size * vector.norm_l2() {
+    if residual(vector) <= POOR_RESIDUAL * size * vector.norm_l2() {
         return;
     }
     // The shift is off the eigenvalue, so that its eigenvectors keep their proportions.

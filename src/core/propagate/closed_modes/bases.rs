@@ -2,7 +2,7 @@
 
 use super::basis::{Basis, FoundBasis, Map, columns, padded};
 use super::lanes::MixedModes;
-use super::met::MetSets;
+use super::reached_sets::ReachedSets;
 use super::sets::Sets;
 use crate::model::{Block, Model};
 use crate::propagate::{KeptReader, KeptWriter, SharedStorage, TableArray, TableError, TableSize};
@@ -20,11 +20,11 @@ pub enum Bases<'t> {
         changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
     /// The bases of the systems that motions reach.
-    Met {
+    Reached {
         /// Fastest rate of all systems \[1/s\].
         fastest: f64,
         /// The bases computed so far.
-        met: Arc<MetSets>,
+        reached: Arc<ReachedSets>,
     },
 }
 
@@ -35,33 +35,33 @@ impl<'t> Bases<'t> {
     /// As for [`arrays`].
     pub fn new(model: &Model, sets: &Sets) -> Result<Self, TableError> {
         if !sets.are_few() {
-            return Ok(Self::Met {
+            return Ok(Self::Reached {
                 fastest: fastest(&stiffest(model, sets)?),
-                met: Arc::default(),
+                reached: Arc::default(),
             });
         }
-        let found: Vec<FoundBasis> = (0..sets.count())
+        let found_bases: Vec<FoundBasis> = (0..sets.count())
             .map(|set| FoundBasis::new(model, sets, set))
             .collect::<Result<_, _>>()?;
         let changes = (0..sets.count()).map(|set| {
             between(sets, set)
                 .map(|(contact, state)| {
-                    let to = &found[sets.with(set, contact, state)];
-                    let map = columns(&(&to.from_modes * &found[set].to_modes));
+                    let to = &found_bases[sets.with(set, contact, state)];
+                    let map = columns(&(&to.from_modes * &found_bases[set].to_modes));
                     (contact, state, map)
                 })
                 .collect()
         });
         Ok(Self::All {
             changes: changes.collect(),
-            bases: (found.iter().enumerate())
+            bases: (found_bases.iter().enumerate())
                 .map(|(set, found_basis)| Arc::new(found_basis.basis(set)))
                 .collect(),
         })
     }
 
     /// Reads the bases that [`arrays`] returned. Kernels of the same structure share the bases of the sets
-    /// that they reach in `beside`.
+    /// that they reach in `shared_storage`.
     ///
     /// # Errors
     /// They belong to another model.
@@ -69,13 +69,13 @@ impl<'t> Bases<'t> {
         model: &Model,
         sets: &Sets,
         kept: &mut KeptReader<'t>,
-        beside: Option<&SharedStorage>,
+        shared_storage: Option<&SharedStorage>,
     ) -> Result<Self, TableError> {
         let n = model.modes();
         if !sets.are_few() {
-            return Ok(Self::Met {
+            return Ok(Self::Reached {
                 fastest: fastest(kept.take("generators", 4 * n)?),
-                met: MetSets::stored_in(beside),
+                reached: ReachedSets::stored_in(shared_storage),
             });
         }
         let (mut bases, mut all_changes) = (Vec::new(), Vec::new());
@@ -107,7 +107,7 @@ impl<'t> Bases<'t> {
     pub fn of(&self, model: &Model, sets: &Sets, set: usize) -> Result<Arc<Basis<'t>>, TableError> {
         match self {
             Self::All { bases, .. } => Ok(bases[set].clone()),
-            Self::Met { met, .. } => met.basis(model, sets, set),
+            Self::Reached { reached, .. } => reached.basis(model, sets, set),
         }
     }
 
@@ -127,7 +127,7 @@ impl<'t> Bases<'t> {
     pub fn mixed(&self, modes: usize) -> MixedModes {
         let padded = padded(modes);
         let is_mixed = |mode: &usize| match self {
-            Self::Met { .. } => true,
+            Self::Reached { .. } => true,
             Self::All { bases, changes } => {
                 let maps = bases.iter().filter_map(|basis| basis.maps.as_ref());
                 let between = changes.iter().flatten().map(|(_, _, map)| map);
@@ -152,7 +152,7 @@ impl<'t> Bases<'t> {
             Self::All { bases, .. } => (bases.iter())
                 .map(|basis| fastest(&basis.generators))
                 .fold(0.0, f64::max),
-            Self::Met { fastest, .. } => *fastest,
+            Self::Reached { fastest, .. } => *fastest,
         }
     }
 }

@@ -44,19 +44,19 @@ impl ClosedModes<'_> {
         let responses = &slot.system.steady.responses;
         match slot.basis.to_modes() {
             Some(map) => self.map(map, [responses, &[]], w),
-            None => self.shift(1.0, w),
+            None => self.add_steady_response(1.0, w),
         }
     }
 
     /// Converts from modes to the coordinates of a system.
     fn of_modes(&self, set: usize, w: &mut Workspace) -> Result<(), TableError> {
-        let slot = self.enter(set)?;
+        let slot = self.slot_or_build(set)?;
         w.set = set;
         w.bounded = false;
         let responses = &slot.system.steady.responses;
         match slot.basis.of_modes() {
             Some(map) => self.map(map, [&[], responses], w),
-            None => self.shift(-1.0, w),
+            None => self.add_steady_response(-1.0, w),
         }
         Ok(())
     }
@@ -77,10 +77,10 @@ impl ClosedModes<'_> {
     }
 
     /// Adds `factor` times the steady response to the trajectory's state.
-    fn shift(&self, factor: f64, w: &mut Workspace) {
+    fn add_steady_response(&self, factor: f64, w: &mut Workspace) {
         let responses = &self.system(w.set).steady.responses;
         let state = &mut w.states[..w.length];
-        lanes::shift(self.instructions, responses, &w.inputs, factor, state);
+        lanes::add_responses(self.instructions, responses, &w.inputs, factor, state);
     }
 
     /// Changes the state of a contact.
@@ -98,17 +98,17 @@ impl ClosedModes<'_> {
             return Ok(());
         }
         let to = self.sets.with(w.set, contact, state);
-        let behind = self.enter(to)?;
+        let new_slot = self.slot_or_build(to)?;
         // The coordinates of free flight are modes, so the maps of the other system to and from modes
         // suffice.
-        let direct = match (old_slot.basis.to_modes(), behind.basis.of_modes()) {
+        let direct = match (old_slot.basis.to_modes(), new_slot.basis.of_modes()) {
             (Some(_), Some(_)) => self.bases.change(w.set, contact, state),
             (leads, None) | (None, leads) => leads,
         };
         match direct {
             Some(map) => {
                 let [before, after] =
-                    [old_slot, behind].map(|slot| &slot.system.steady.responses[..]);
+                    [old_slot, new_slot].map(|slot| &slot.system.steady.responses[..]);
                 self.map(map, [before, after], w);
                 w.set = to;
                 w.bounded = false;
@@ -180,7 +180,7 @@ impl ClosedModes<'_> {
         w: &mut Workspace,
     ) -> Result<(), TableError> {
         let breakpoints = self.breakpoints(place.cycle);
-        let mut turned = false;
+        let mut line_changes = false;
         while let Some(breakpoint) = breakpoints
             .get(w.next_breakpoint)
             .filter(|breakpoint| breakpoint.time <= time)
@@ -191,11 +191,11 @@ impl ClosedModes<'_> {
             }
             if breakpoint.turns {
                 w.line_of[breakpoint.contact] = breakpoint.line;
-                turned = true;
+                line_changes = true;
             }
             w.next_breakpoint += 1;
         }
-        if turned {
+        if line_changes {
             w.find_watched_contacts(&self.model.contacts, place.active);
             self.evaluate_start_states(w);
         }

@@ -59,11 +59,11 @@ fn pass_body<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> Result<Re
     let kernel = integration.kernel;
     let period = kernel.model.period();
     while integration.place.time < period {
-        let (found, duration) = match integration.next.take() {
+        let (event, duration) = match integration.next.take() {
             Some(next) => next,
             None => {
                 let CyclePosition { cycle, time, .. } = integration.place;
-                integration.changes.take(cycle, time, period)?;
+                integration.changes.count_window(cycle, time, period)?;
                 let next = look_ahead::<V>(integration);
                 kernel.check_range(&integration.place, integration.w)?;
                 if integration.shows && next.1 > 0.0 {
@@ -73,7 +73,7 @@ fn pass_body<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> Result<Re
                 next
             }
         };
-        let Some(found) = found else {
+        let Some(event) = event else {
             to_the_end::<V>(integration, duration)?;
             continue;
         };
@@ -82,7 +82,7 @@ fn pass_body<V: Vector>(integration: &mut CycleIntegration<'_, '_>) -> Result<Re
             integration.step_on(duration);
             integration.counters.partial_windows += 1;
         }
-        return Ok(ReturnReason::Event(meet::<V>(integration, found)?));
+        return Ok(ReturnReason::Event(meet::<V>(integration, event)?));
     }
     Ok(ReturnReason::End)
 }

@@ -74,7 +74,7 @@ for_each_set! {
 
 for_each_set! {
     /// Adds `factor Σ input · response` to a state.
-    fn shift(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) = shift_body
+    fn add_responses(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) = add_responses_body
 }
 
 for_each_set! {
@@ -110,7 +110,7 @@ fn shifted_map_body<V: Vector>(
     out: &mut [f64],
 ) {
     let length = mixed.alone.len();
-    shift_body::<V>(before, inputs, 1.0, &mut states[..length]);
+    add_responses_body::<V>(before, inputs, 1.0, &mut states[..length]);
     let count = states.len() / length;
     let mut first = 0;
     while first < count {
@@ -121,7 +121,7 @@ fn shifted_map_body<V: Vector>(
             _ => map_states::<V, 1>(columns, mixed, rest, out),
         };
     }
-    shift_body::<V>(behind, inputs, -1.0, &mut out[..length]);
+    add_responses_body::<V>(behind, inputs, -1.0, &mut out[..length]);
 }
 
 /// Maps a batch of states. Processes as many lane groups of rows at a time as fit into registers with their
@@ -148,8 +148,8 @@ fn map_states<V: Vector, const COUNT: usize>(
     COUNT
 }
 
-/// Maps some lane groups of rows and returns the number of rows. The order of the sums of a state is the same in every
-/// batch.
+/// Maps G lane groups of rows, from `row` on, for COUNT states; returns the number of rows. The sums of each state are
+/// formed in the same order for every COUNT and G, so that results have the same bits.
 #[inline(always)]
 fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     columns: &[f64],
@@ -195,7 +195,12 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
 }
 
 #[inline(always)]
-fn shift_body<V: Vector>(responses: &[f64], inputs: &[f64], factor: f64, state: &mut [f64]) {
+fn add_responses_body<V: Vector>(
+    responses: &[f64],
+    inputs: &[f64],
+    factor: f64,
+    state: &mut [f64],
+) {
     let length = state.len();
     for (at, x) in (0..length)
         .step_by(LANES)

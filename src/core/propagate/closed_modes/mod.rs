@@ -6,7 +6,7 @@
 //! derivative prove that nothing happens between the nodes ([`search`]); intervals without such a proof are halved. A
 //! change of the system is one dense product. The bases depend on neither speed nor load nor gap. If there are few sets
 //! of closed contacts, all bases are computed once for a structure and its mesh. Otherwise the kernel computes the
-//! bases of the sets that a motion reaches ([`enter`]).
+//! bases of the sets that a motion reaches ([`build_slot`]).
 //!
 //! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form
 //! ([`excitation`]): a state is `z = y + steady · inputs`, and y moves without any input.
@@ -14,15 +14,15 @@
 mod bases;
 mod basis;
 mod block_check;
+mod build_slot;
 mod change;
 mod cycle;
 mod cycle_integration;
-mod enter;
 mod excitation;
 mod first_event;
 mod grid;
 mod lanes;
-mod met;
+mod reached_sets;
 mod search;
 mod series;
 mod sets;
@@ -38,7 +38,7 @@ use crate::model::Model;
 use bases::Bases;
 use excitation::{Frequencies, unresonant};
 use lanes::MixedModes;
-use met::MOST_BYTES;
+use reached_sets::MOST_BYTES;
 use sets::{CycleBreakpoint, Sets};
 use slot::Slot;
 use slots::Slots;
@@ -55,7 +55,7 @@ pub struct ClosedModes<'m> {
     /// The systems reached so far at this operating point.
     slots: Slots<Slot<'m>>,
     /// Bytes of the bases of these systems.
-    taken: AtomicUsize,
+    used_bytes: AtomicUsize,
     /// Reason why one of these systems has no table.
     refusal: OnceLock<TableError>,
     breakpoints: Vec<Vec<CycleBreakpoint>>,
@@ -145,9 +145,9 @@ impl<'m> ClosedModes<'m> {
             slots: if sets.are_few() {
                 Slots::of_all(sets.count())
             } else {
-                Slots::hashed(MOST_BYTES / met::bytes(model.modes()))
+                Slots::hashed(MOST_BYTES / reached_sets::bytes(model.modes()))
             },
-            taken: AtomicUsize::new(0),
+            used_bytes: AtomicUsize::new(0),
             refusal: OnceLock::new(),
             planned: blocks as usize + breakpoints.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
@@ -169,7 +169,7 @@ impl<'m> ClosedModes<'m> {
         if kernel.sets.are_few() {
             // An integrated cycle allocates nothing.
             for set in 0..kernel.sets.count() {
-                kernel.enter(set)?;
+                kernel.slot_or_build(set)?;
                 kernel.series(set);
             }
         }

@@ -26,9 +26,9 @@ pub struct Sets {
     /// Classes of each contact.
     classes: Vec<Vec<ContactClass>>,
     /// State of each closed contact on each segment of each of its mesh cycles.
-    of_segment: Vec<Vec<Vec<usize>>>,
+    segment_states: Vec<Vec<Vec<usize>>>,
     /// Weight of each contact's state in the number of a system.
-    place: Vec<usize>,
+    weights: Vec<usize>,
     count: usize,
 }
 
@@ -41,8 +41,8 @@ impl Sets {
     pub fn new(model: &Model) -> Result<Self, TableError> {
         let mut sets = Self {
             classes: Vec::new(),
-            of_segment: Vec::new(),
-            place: Vec::new(),
+            segment_states: Vec::new(),
+            weights: Vec::new(),
             count: 1,
         };
         if model.softens() {
@@ -58,7 +58,7 @@ impl Sets {
                 Release::Rub | Release::Grip => return Err(TableError::DryFriction),
             }
             let mut classes: Vec<ContactClass> = Vec::new();
-            let mut of_segment = Vec::new();
+            let mut segment_states = Vec::new();
             for cycle in &contact.cycles {
                 let mut states = Vec::new();
                 for segment in &cycle.segments {
@@ -73,18 +73,18 @@ impl Sets {
                         damping: segment.damping,
                         direction: segment.direction,
                     };
-                    let known = classes.iter().position(|known| *known == class);
-                    states.push(1 + known.unwrap_or(classes.len()));
-                    if known.is_none() {
+                    let index = classes.iter().position(|other| *other == class);
+                    states.push(1 + index.unwrap_or(classes.len()));
+                    if index.is_none() {
                         classes.push(class);
                     }
                 }
-                of_segment.push(states);
+                segment_states.push(states);
             }
-            sets.place.push(sets.count);
+            sets.weights.push(sets.count);
             sets.count = sets.count.saturating_mul(1 + classes.len());
             sets.classes.push(classes);
-            sets.of_segment.push(of_segment);
+            sets.segment_states.push(segment_states);
         }
         let contacts = model.contacts.len();
         if contacts > MOST_CONTACTS || sets.count == usize::MAX {
@@ -125,13 +125,13 @@ impl Sets {
 
     /// State of a contact in a set.
     pub fn state(&self, set: usize, contact: usize) -> usize {
-        set / self.place[contact] % (1 + self.classes[contact].len())
+        set / self.weights[contact] % (1 + self.classes[contact].len())
     }
 
     /// The set with a contact in another state.
     #[inline]
     pub fn with(&self, set: usize, contact: usize, state: usize) -> usize {
-        set + self.place[contact] * state - self.place[contact] * self.state(set, contact)
+        set + self.weights[contact] * state - self.weights[contact] * self.state(set, contact)
     }
 
     /// Class of a closed contact in a state.
@@ -152,7 +152,7 @@ impl Sets {
     #[inline]
     pub fn of(&self, active: ActiveSet, closed: &[usize]) -> usize {
         (active.iter()).fold(Self::FREE, |set, contact| {
-            set + self.place[contact] * closed[contact]
+            set + self.weights[contact] * closed[contact]
         })
     }
 
@@ -163,7 +163,7 @@ impl Sets {
             let of_contact = |(contact, contact_data): (usize, &Contact)| {
                 let which = (cycle % contact_data.cycles.len() as u64) as usize;
                 let line = model.line(contact_data.cycle(cycle).segment_at(0.0));
-                (self.of_segment[contact][which][0], line)
+                (self.segment_states[contact][which][0], line)
             };
             model.contacts.iter().enumerate().map(of_contact).collect()
         };
@@ -174,7 +174,7 @@ impl Sets {
     /// another segment.
     pub fn changes(&self, set: usize) -> Vec<(usize, usize)> {
         let mut out = Vec::new();
-        for (contact, cycles) in self.of_segment.iter().enumerate() {
+        for (contact, cycles) in self.segment_states.iter().enumerate() {
             let now = self.state(set, contact);
             if now == 0 {
                 out.extend((1..=self.classes[contact].len()).map(|state| (contact, state)));
@@ -218,7 +218,7 @@ impl Sets {
             for (contact, contact_data) in model.contacts.iter().enumerate() {
                 let which = (cycle % contact_data.cycles.len() as u64) as usize;
                 let segments = &contact_data.cycles[which].segments;
-                let states = &self.of_segment[contact][which];
+                let states = &self.segment_states[contact][which];
                 for index in 1..segments.len() {
                     let line = model.line(&segments[index]);
                     let turns = model.line(&segments[index - 1]) != line;

@@ -42,9 +42,9 @@ impl ClosedModes<'_> {
             let w = [view.rows[0][i], view.rows[0][padded + i]];
             for (k, term) in terms.iter().enumerate() {
                 let (even, odd) = (term.re, term.im);
-                let turned = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
-                rows[i].0[k] = w[0] * even + turned[0] * odd;
-                rows[padded + i].0[k] = w[1] * even + turned[1] * odd;
+                let traceless_row = [0, 1].map(|j| w[0] * m[0][j] + w[1] * m[1][j]);
+                rows[i].0[k] = w[0] * even + traceless_row[0] * odd;
+                rows[padded + i].0[k] = w[1] * even + traceless_row[1] * odd;
             }
         }
         let constant = &mut rows[2 * padded].0;
@@ -126,7 +126,7 @@ impl ClosedModes<'_> {
                 lanes::map(set, map, &self.mixed, responses, &w.inputs, blocks, modal);
             }
             None => {
-                lanes::shift(set, responses[0], &w.inputs, 1.0, blocks);
+                lanes::add_responses(set, responses[0], &w.inputs, 1.0, blocks);
                 modal.copy_from_slice(blocks);
             }
         }

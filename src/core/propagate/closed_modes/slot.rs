@@ -5,14 +5,14 @@ use super::series::Series;
 use super::system::System;
 use std::sync::{Arc, OnceLock};
 
-/// A system at an operating point.
+/// A system with its coordinates and tables at an operating point.
 #[derive(Debug)]
 pub struct Slot<'m> {
     /// State of each contact.
     pub states: Vec<usize>,
     /// Its coordinates.
     pub basis: Arc<Basis<'m>>,
-    /// Motion of these coordinates.
+    /// Tables that advance these coordinates.
     pub system: System,
     /// Series of the deflections along each line on a block, if windows are shown.
     pub series: OnceLock<Vec<Series>>,

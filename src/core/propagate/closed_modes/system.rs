@@ -10,7 +10,7 @@ use crate::model::{Block, Model};
 use crate::propagate::vectors::{LANES, Lanes};
 use num_complex::{Complex64, c64};
 
-/// A system at an operating point.
+/// The tables of a system at an operating point: exponentials, steady responses and views.
 #[derive(Debug)]
 pub struct System {
     /// Its blocks.
@@ -132,9 +132,9 @@ fn is_displacement(block: &Block, step: f64) -> bool {
 /// Whether a block turns and decays in its balanced coordinates. A rotation that no closed contact restrains has a
 /// frequency of round-off. Its rate is not the amplitude of such a slow wave.
 fn is_wave(block: &Block, step: f64) -> bool {
-    let turned = |nu: f64| nu * NODES as f64 * step;
+    let angle = |nu: f64| nu * NODES as f64 * step;
     (block.damped_frequency()).is_some_and(|nu| {
-        let slow = is_displacement(block, step) && turned(nu) < NEGLECTED_ANGLE;
+        let slow = is_displacement(block, step) && angle(nu) < NEGLECTED_ANGLE;
         nu > TURNS * block.growth().abs() && !slow
     }) && block.generator[1][0] != 0.0
 }
@@ -159,7 +159,7 @@ pub struct SharedData<'a> {
 impl System {
     /// Builds a system with some closed contacts.
     pub fn new(
-        given: &SharedData<'_>,
+        shared_data: &SharedData<'_>,
         basis: &Basis<'_>,
         closed: &[(usize, ContactClass)],
     ) -> Self {
@@ -168,7 +168,7 @@ impl System {
             frequencies,
             step,
             ..
-        } = *given;
+        } = *shared_data;
         let n = model.modes();
         let padded = padded(n);
         let blocks: Vec<Block> = (0..n).map(|i| basis.block(i)).collect();
@@ -224,7 +224,7 @@ impl System {
             .map(|line| gains_along(model, line))
             .collect();
         let is_seen = |mode: &usize| {
-            given.mixed.modes.contains(mode)
+            shared_data.mixed.modes.contains(mode)
                 || (deflection_gains.iter()).any(|deflection_gains| {
                     let [w, by_rate] = deflection_gains[*mode];
                     by_rate != 0.0 || w.abs() > NEGLIGIBLE * largest(deflection_gains)
@@ -235,7 +235,7 @@ impl System {
             .flat_map(|mode| [mode, padded + mode])
             .collect();
         for line in 0..model.lines.len() {
-            let view = system.view(given, basis, &blocks, (line, &deflection_gains[line]));
+            let view = system.view(shared_data, basis, &blocks, (line, &deflection_gains[line]));
             system.views.push(view);
         }
         system
@@ -244,7 +244,7 @@ impl System {
     /// The view of a line.
     fn view(
         &self,
-        given: &SharedData<'_>,
+        shared_data: &SharedData<'_>,
         basis: &Basis<'_>,
         blocks: &[Block],
         (line, deflection_gains): (usize, &DeflectionGains),
@@ -254,7 +254,7 @@ impl System {
             frequencies,
             step,
             ..
-        } = *given;
+        } = *shared_data;
         let n = blocks.len();
         let padded = padded(n);
         let inputs = frequencies.inputs();

@@ -5,7 +5,7 @@ use crate::propagate::{
     Counters, Event, Kernel, Observer, SharedStorage, Tangents, Volterra, Window,
 };
 use crate::structure::{Coupling, ModalStructure, StructureContact};
-use met::MetSets;
+use reached_sets::ReachedSets;
 use series::Series;
 
 fn structure() -> ModalStructure {
@@ -248,10 +248,10 @@ fn sets_of_many_contacts_are_made_when_they_are_met() {
         let alone = [moved(&models[0], &one), moved(&models[1], &other)];
         assert_eq!(moved(&models[1], &one), alone[1]);
         assert_eq!(moved(&models[0], &other), alone[0]);
-        let [met, same] =
-            [&one, &other].map(|tables| MetSets::stored_in(tables.shared_storage()).count());
-        assert!(met > 10 && met < 200, "{met}");
-        assert_eq!(same, met);
+        let [reached, same] =
+            [&one, &other].map(|tables| ReachedSets::stored_in(tables.shared_storage()).count());
+        assert!(reached > 10 && reached < 200, "{reached}");
+        assert_eq!(same, reached);
     }
 }
 

@@ -13,9 +13,9 @@
 //! while the contact state lasts, and order 1 where it changes.
 
 mod cubic;
+mod free_flow;
 mod half_step_values;
 mod mesh_state;
-mod rotation;
 mod show;
 mod tables;
 
@@ -25,8 +25,8 @@ use crate::model::{
     Line, MOST_CONTACTS, Model, OUT_OF_REACH, SEVERAL_CONTACTS, Segment, TrajectoryState,
     equal_parts,
 };
+use free_flow::FreeFlow;
 use mesh_state::{Change, MeshState};
-use rotation::Rotation;
 use tables::{ContactTable, MidStepContact, Rows, dot, middles};
 
 /// Largest number of equal parts of the cycle in the search for common boundaries of segments.
@@ -44,7 +44,7 @@ pub struct Stepping {
     event_limit: u32,
     /// Step h \[s\].
     step: f64,
-    half: Rotation,
+    half: FreeFlow,
     directions: Vec<Rows>,
     contacts: Vec<ContactTable>,
     /// Number of contacts that are springs of the flanks.
@@ -127,7 +127,7 @@ impl Stepping {
             base,
             event_limit,
             step,
-            half: Rotation::new(&model.blocks, 0.5 * step),
+            half: FreeFlow::new(&model.blocks, 0.5 * step),
             directions,
             contacts,
             flank_springs: model.flank_springs,

@@ -11,7 +11,8 @@ pub type Powers = [f64; TERMS];
 /// Number of coefficients of a course.
 pub const COURSE_TERMS: usize = 5;
 
-/// A polynomial on a speed interval: coefficients by powers of time \[s\] since its start.
+/// A polynomial of time over a [`SpeedInterval`](super::SpeedInterval), a stretch of time: coefficients by powers of the
+/// time \[s\] since the start of the stretch.
 pub type Course = [f64; COURSE_TERMS];
 
 /// A compensated sum, which keeps the rounding error.

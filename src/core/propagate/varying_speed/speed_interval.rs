@@ -10,7 +10,7 @@ pub struct SpeedInterval {
     /// Its length \[s\].
     pub duration: f64,
     /// Mean rotation of the pinion \[rad\], 0 at the start.
-    pub turned: Course,
+    pub rotation: Course,
     /// Load, as a fraction of the rated one.
     pub load: Course,
     /// Additional torques on the pinion's and the wheel's shaft \[N m\], each positive in its sense of rotation.
@@ -22,20 +22,20 @@ impl SpeedInterval {
     pub fn steady(duration: f64, speed: f64, load: f64) -> Self {
         let mut interval = Self {
             duration,
-            turned: Course::default(),
+            rotation: Course::default(),
             load: Course::default(),
             torques: [Course::default(); 2],
         };
-        (interval.turned[1], interval.load[0]) = (speed, load);
+        (interval.rotation[1], interval.load[0]) = (speed, load);
         interval
     }
 
-    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `turned` requires. Unchanged if the
+    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `rotation` requires. Unchanged if the
     /// drive does not rotate freely.
     #[must_use]
     pub fn accelerated(mut self, kernel: &VaryingSpeed) -> Self {
         if let Some([mobility, _]) = kernel.mobility {
-            let acceleration = rate(&rate(&self.turned));
+            let acceleration = rate(&rate(&self.rotation));
             for (torque, a) in self.torques[0].iter_mut().zip(acceleration) {
                 *torque += a / mobility;
             }
@@ -46,13 +46,13 @@ impl SpeedInterval {
     /// Whether the speed is positive at all points of a fine grid.
     pub(super) fn runs_forwards(&self) -> bool {
         const PLACES: u32 = 64;
-        let speed = rate(&self.turned);
+        let speed = rate(&self.rotation);
         (0..=PLACES).all(|k| value(&speed, f64::from(k) / f64::from(PLACES) * self.duration) > 0.0)
     }
 
     /// Largest speed \[rad/s\], or a bound of it.
     pub(super) fn fastest(&self) -> f64 {
-        let sizes = rate(&self.turned).map(f64::abs);
+        let sizes = rate(&self.rotation).map(f64::abs);
         value(&sizes, self.duration)
     }
 
@@ -63,9 +63,9 @@ impl SpeedInterval {
         start: f64,
         length: f64,
     ) -> (Course, [Course; LOAD_TERMS]) {
-        let turned = on_window(&self.turned, start, length);
-        let speed = rate(&turned).map(|a| a / length);
-        let mut cycles = turned.map(|a| kernel.cycles_per_radian * a);
+        let rotation = on_window(&self.rotation, start, length);
+        let speed = rate(&rotation).map(|a| a / length);
+        let mut cycles = rotation.map(|a| kernel.cycles_per_radian * a);
         cycles[0] = 0.0;
         let mut loads = [Course::default(); LOAD_TERMS];
         loads[LoadTerm::Rated as usize] = on_window(&self.load, start, length);

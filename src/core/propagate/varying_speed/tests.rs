@@ -154,7 +154,7 @@ fn acceleration_loads_the_mesh() {
     }
     let acceleration = 400.0;
     let mut stretch = SpeedInterval::steady(0.5, point.speed, point.load);
-    stretch.turned[2] = 0.5 * acceleration;
+    stretch.rotation[2] = 0.5 * acceleration;
     let stretch = stretch.accelerated(&kernel);
     let mut motion = kernel.start(&model.start(&InitialState::Static));
     let mut signals = MovingSignal::of_model(&model).into_iter();
@@ -219,7 +219,7 @@ fn an_imposed_motion_follows_the_rotation() {
         -0.01 * (rate(t) * rate(t) * angle(t).cos() + bent)
     };
     let mut stretch = SpeedInterval::steady(time, point.speed, 0.0);
-    stretch.turned[2] = 0.5 * acceleration;
+    stretch.rotation[2] = 0.5 * acceleration;
     let start = model.start(&InitialState::Modal {
         displacement: vec![0.0; 2],
         velocity: vec![0.0; 2],
@@ -232,8 +232,8 @@ fn an_imposed_motion_follows_the_rotation() {
         .unwrap();
     // Initially, the end has no displacement and no velocity.
     let exact = imposed(time) - imposed(0.0) - time * imposed_rate(0.0);
-    let turned = motion.state[0] / total.sqrt();
-    assert!((turned - exact).abs() < 1e-11, "{turned} {exact}");
+    let rotation = motion.state[0] / total.sqrt();
+    assert!((rotation - exact).abs() < 1e-11, "{rotation} {exact}");
     // Duhamel's integral by Simpson's rule.
     let damped = own * (1.0 - ratio * ratio).sqrt();
     let answer = |t: f64| {
@@ -274,7 +274,7 @@ fn what_cannot_go_on_stops() {
         )
     };
     let mut braked = SpeedInterval::steady(0.1, 10.0, 0.1);
-    braked.turned[2] = -51.0;
+    braked.rotation[2] = -51.0;
     let found = advanced(&braked, &mut kernel.start(&start));
     assert_eq!(found, Err(crate::propagate::Stop::Backwards { cycle: 0 }));
     let mut lost = kernel.start(&start);

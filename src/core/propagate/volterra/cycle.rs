@@ -58,7 +58,7 @@ impl Kernel for Volterra<'_> {
                     cycle: position.cycle,
                 });
             }
-            changes.take(position.cycle, position.time, self.model.period())?;
+            changes.count_window(position.cycle, position.time, self.model.period())?;
             self.step(
                 &mut position,
                 &mut active,
@@ -114,8 +114,8 @@ impl Volterra<'_> {
     fn joint_stretch(&self, position: &Position) -> &JointStretch {
         let stretches = &self.tables.joint;
         let stretches = &stretches[(position.cycle % stretches.len() as u64) as usize];
-        let found = stretches.partition_point(|stretch| stretch.end <= position.time);
-        &stretches[found.min(stretches.len() - 1)]
+        let index = stretches.partition_point(|stretch| stretch.end <= position.time);
+        &stretches[index.min(stretches.len() - 1)]
     }
 
     /// Solves one window and moves to its end, to the next event or to a breakpoint.
@@ -204,7 +204,7 @@ impl Volterra<'_> {
             };
             return self.meet_part(found, track, context, workspace);
         }
-        let met = self.contact_at(&found, position, track, *active, workspace);
+        let contact_at_crossing = self.contact_at(&found, position, track, *active, workspace);
         if found.x > -1.0 {
             self.move_to_cut(
                 found.x,
@@ -219,7 +219,7 @@ impl Volterra<'_> {
             position.crossed = ActiveSet::FREE;
             position.forceless = ActiveSet::FREE;
         }
-        let on_surface = met.on_surface && place == ContactCondition::Surface;
+        let on_surface = contact_at_crossing.on_surface && place == ContactCondition::Surface;
         let to = self.model.toggled(*active, found.contact);
         self.let_slide(active.without(to), position.cycle, position.time, workspace);
         let event = Event {
@@ -228,7 +228,7 @@ impl Volterra<'_> {
             from: *active,
             to,
             contact: found.contact,
-            rate: met.rate,
+            rate: contact_at_crossing.rate,
         };
         changes.meet(&event, observer, counters)?;
         // A step of δ at a prescribed time does not change tangents. Neither does a force that vanishes as the contact
@@ -307,7 +307,7 @@ impl Volterra<'_> {
             forces,
             solution,
         );
-        solution.restore(gap_error.as_ref());
+        solution.add_gap_error(gap_error.as_ref());
     }
 
     /// Solves a window with several contacts closed.

@@ -8,17 +8,17 @@
 
 mod breaks;
 mod build;
-mod course;
 mod cycle;
 mod error;
+mod joined_pieces;
 mod law;
 mod pieces;
 mod spec;
 
 pub(super) use breaks::breaks;
-pub use course::{CourseAccuracy, MeshCourse};
 pub use cycle::{MeshTableCycle, MeshTablePiece, SegmentMeans};
 pub use error::MeshTableError;
+pub use joined_pieces::{JoinedPieces, JoiningAccuracy};
 pub(super) use pieces::{EXTRAPOLATED_AT, EXTRAPOLATION_LIMITS};
 pub use spec::{CycleDivision, MeshTableSpec};
 

@@ -98,15 +98,15 @@ pub(super) fn pieces<L: FlankLaw>(
             Verdict::Inaccurate(fit_error) => (middle, Some(fit_error)),
         };
         if at - from < SAME || to - at < SAME || pieces.len() + left.len() + 2 > MOST_PIECES {
-            let found = fit_error.unwrap_or(FitError {
+            let fit_error = fit_error.unwrap_or(FitError {
                 quantity: "stiffness",
                 error: f64::INFINITY,
                 phase: at,
             });
             return Err(MeshTableError::Unresolved {
-                quantity: found.quantity,
-                phase: found.phase,
-                error: found.error,
+                quantity: fit_error.quantity,
+                phase: fit_error.phase,
+                error: fit_error.error,
                 tolerance: tolerance(law, [from, to]),
             });
         }
@@ -137,8 +137,8 @@ fn check_piece<L: FlankLaw>(
     for x in hidden_sign_changes(&columns) {
         checks.push(law.column(phase(x).clamp(first, last), None)?);
     }
-    let fit_error = worst(law, &columns, &checks, [from, to]);
-    let follows = fit_error.error <= tolerance(law, [from, to]);
+    let fit_error = largest_fit_error(law, &columns, &checks, [from, to]);
+    let is_accurate = fit_error.error <= tolerance(law, [from, to]);
     let mut samples: Vec<&Column> = checks.iter().chain(&columns).collect();
     samples.sort_by(|a, b| a.phase.total_cmp(&b.phase));
     let takes_hold = (samples.windows(2)).find(|two| !two[0].loads_as(two[1]));
@@ -148,12 +148,12 @@ fn check_piece<L: FlankLaw>(
     };
     let at = match at {
         // Borders of slices bend the law of a coupled face only a little.
-        None if !follows && !law.is_coupled() => first_kink(law, &samples)?,
-        found => found,
+        None if !is_accurate && !law.is_coupled() => first_kink(law, &samples)?,
+        at => at,
     };
     Ok(match at {
         Some(at) => Verdict::Kink(at),
-        None if follows => Verdict::Accepted(columns),
+        None if is_accurate => Verdict::Accepted(columns),
         None => Verdict::Inaccurate(fit_error),
     })
 }
@@ -216,28 +216,28 @@ fn kink<L: FlankLaw>(
     let Some((before, kinks)) = kinks.find(|(_, kinks)| !kinks.is_empty()) else {
         return Ok(None);
     };
-    let of = |column: &Column| -> Vec<f64> {
+    let margins_of = |column: &Column| -> Vec<f64> {
         let margins: Vec<f64> = column.margins().collect();
         kinks.iter().map(|&kink| margins[kink]).collect()
     };
     let positive = |margins: &[f64]| -> Vec<bool> { margins.iter().map(|m| *m >= 0.0).collect() };
     let (mut low, mut high) = (before.phase, after.phase);
-    let [mut at_low, mut at_high] = [before, &after].map(|column| of(column));
+    let [mut at_low, mut at_high] = [before, &after].map(|column| margins_of(column));
     let sign_at_low = positive(&at_low);
     let (width, mut round) = (high - low, 0);
     while high - low > ROUND_OFF {
-        // Zero of the first margin, by linear interpolation between the ends.
+        // Zero of the first of these margins, by linear interpolation between the ends.
         let crossings = at_low
             .iter()
             .zip(&at_high)
             .filter(|(a, b)| (**a >= 0.0) != (**b >= 0.0));
         let part = crossings.map(|(a, b)| a / (a - b)).fold(1.0, f64::min);
         let at = between([low, high], part, (width, round));
-        let found = of(&law.column(at, Some(*before))?);
-        if positive(&found) == sign_at_low {
-            (low, at_low) = (at, found)
+        let margins = margins_of(&law.column(at, Some(*before))?);
+        if positive(&margins) == sign_at_low {
+            (low, at_low) = (at, margins)
         } else {
-            (high, at_high) = (at, found)
+            (high, at_high) = (at, margins)
         }
         round += 1;
     }
@@ -289,7 +289,7 @@ fn hidden_sign_changes(columns: &[Column]) -> Vec<f64> {
 }
 
 /// The largest distance of the polynomials of a piece from the law at the checks.
-fn worst<L: FlankLaw>(
+fn largest_fit_error<L: FlankLaw>(
     law: &MeshLaw<'_, L>,
     columns: &[Column],
     checks: &[Column],
@@ -301,7 +301,7 @@ fn worst<L: FlankLaw>(
         phase: from,
     };
     // NaN counts as the largest error.
-    let mut meet = |quantity, error: f64, phase| {
+    let mut raise = |quantity, error: f64, phase| {
         if error > worst.error || error.is_nan() {
             worst = FitError {
                 quantity,
@@ -323,7 +323,7 @@ fn worst<L: FlankLaw>(
             let x = (2.0 * check.phase - (from + to)) / (to - from);
             let exact = law.quantities(&check.cells[case]);
             for (Quantity { name, value, scale }, series) in exact.into_iter().zip(&series) {
-                meet(
+                raise(
                     name,
                     (evaluate(series, x) - value).abs() / scale,
                     check.phase,
@@ -334,7 +334,7 @@ fn worst<L: FlankLaw>(
         let [least, most] = EXTRAPOLATION_LIMITS.map(|part| part * end);
         for x in EXTRAPOLATED_AT {
             if !(least..=most).contains(&evaluate(&series[0], x)) {
-                meet("stiffness behind its piece", f64::INFINITY, to);
+                raise("stiffness behind its piece", f64::INFINITY, to);
             }
         }
     }

@@ -249,11 +249,11 @@ impl GapProfile {
         for interval in intervals {
             self.on_slices(interval, |slice, from, to| {
                 // Without the waves p is linear, and a parabola times t − ½: Simpson's rule is exact.
-                let straight = |t: f64| {
+                let linear_depth = |t: f64| {
                     press.approach - press.cosines[0] - self.gap(pair, slice * self.cells, t)
                 };
                 let [a, b, c] = [from.at, 0.5 * (from.at + to.at), to.at]
-                    .map(|t| [straight(t), (t - 0.5) * straight(t)]);
+                    .map(|t| [linear_depth(t), (t - 0.5) * linear_depth(t)]);
                 let simpson =
                     |order: usize| (to.at - from.at) / 6.0 * (a[order] + 4.0 * b[order] + c[order]);
                 slices[slice] += simpson(0);

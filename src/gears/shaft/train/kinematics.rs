@@ -23,12 +23,12 @@ impl SpeedRelation {
     }
 
     /// Speed of the second body that the relation requires.
-    fn speed_of_second(&self, known: &Equations) -> Option<Ratio> {
+    fn speed_of_second(&self, equations: &Equations) -> Option<Ratio> {
         let frame = match self.carrier {
-            Some(carrier) => known.value(carrier)?,
+            Some(carrier) => equations.value(carrier)?,
             None => Ratio::ZERO,
         };
-        Some((known.value(self.bodies[0])? - frame) * self.ratio + frame)
+        Some((equations.value(self.bodies[0])? - frame) * self.ratio + frame)
     }
 }
 
@@ -83,15 +83,15 @@ impl TrainDrive {
             }
             let [one, two] = joint.bodies;
             let speeds = (equations.value(two), joint.speed_of_second(&equations));
-            let stand = |known: &Equations| {
-                let stands = |body: &usize| known.value(*body) == Some(Ratio::ZERO);
-                [one, two].iter().filter(|body| stands(body)).count()
+            let bodies_at_rest = |equations: &Equations| {
+                let is_at_rest = |body: &usize| equations.value(*body) == Some(Ratio::ZERO);
+                [one, two].iter().filter(|body| is_at_rest(body)).count()
             };
-            let before = stand(&equations);
+            let before = bodies_at_rest(&equations);
             let turns = equations.add(joint.equation());
             let turns = turns.map_err(|long| self.long_ratio(long))?;
             // Nothing is held yet, so a joint that stops both bodies contradicts the earlier ones.
-            if !turns || before == 0 && stand(&equations) == 2 {
+            if !turns || before == 0 && bodies_at_rest(&equations) == 2 {
                 return Err(match speeds {
                     (Some(found), Some(required)) => TrainError::Locked {
                         body: self.body_name(two),
@@ -114,8 +114,10 @@ impl TrainDrive {
         reached: &[bool],
     ) -> Result<Equations, TrainError> {
         let shafts = self.shafts.iter().enumerate();
-        let held = shafts.filter(|(body, shaft)| reached[*body] && !shaft.motion.may_rotate());
-        let held: Vec<usize> = held.map(|(body, _)| body).collect();
+        let fixed_bodies: Vec<usize> = shafts
+            .filter(|(body, shaft)| reached[*body] && !shaft.motion.may_rotate())
+            .map(|(body, _)| body)
+            .collect();
         let with = |all: &[usize]| -> Result<Option<Equations>, TrainError> {
             let mut equations = joined.clone();
             for &body in all {
@@ -126,26 +128,27 @@ impl TrainDrive {
             }
             Ok(Some(equations))
         };
-        if let Some(equations) = with(&held)? {
+        if let Some(equations) = with(&fixed_bodies)? {
             return Ok(equations);
         }
         // Find the first held shaft that stops the driver, and another one without which the driver could rotate.
         let mut last = 0;
-        while with(&held[..=last])?.is_some() {
+        while with(&fixed_bodies[..=last])?.is_some() {
             last += 1;
         }
         for other in 0..last {
-            let mut rest = held[..=last].to_vec();
+            let mut rest = fixed_bodies[..=last].to_vec();
             rest.remove(other);
             if with(&rest)?.is_some() {
                 return Err(TrainError::AllHeld {
-                    held: [held[other], held[last]].map(|body| self.body_name(body)),
+                    held: [fixed_bodies[other], fixed_bodies[last]]
+                        .map(|body| self.body_name(body)),
                 });
             }
         }
-        let named = if self.planetary.is_empty() { held[last] } else { self.driver };
+        let body = if self.planetary.is_empty() { fixed_bodies[last] } else { self.driver };
         Err(TrainError::Held {
-            body: self.body_name(named),
+            body: self.body_name(body),
         })
     }
 
@@ -167,11 +170,11 @@ impl TrainDrive {
     /// Why gears in mesh do not roll on each other.
     pub(super) fn standstill_error(&self, gears: [GearPlace; 2]) -> TrainError {
         let bodies = gears.map(|gear| self.body_of(gear));
-        let held = |body: &usize| {
+        let is_fixed = |body: &usize| {
             let shaft = self.shafts.get(*body);
             shaft.is_some_and(|held_shaft| !held_shaft.motion.may_rotate())
         };
-        match bodies.iter().find(|body| held(body)) {
+        match bodies.iter().find(|body| is_fixed(body)) {
             Some(&body) if self.set_of_mesh(gears).is_none() => TrainError::Held {
                 body: self.body_name(body),
             },

@@ -45,7 +45,7 @@ pub struct DrawnLaw {
     /// Mesh phase about which the coast flanks mirror the drive flanks, in cycles.
     pub symmetry: f64,
     /// Properties of the drive flanks that are not in the drawing: gap, damping, phase, imposed error.
-    pub beside: ContactLaw,
+    pub undrawn_properties: ContactLaw,
 }
 
 impl MeshLaw {
@@ -61,7 +61,7 @@ impl MeshLaw {
             },
             Self::Own(flanks) => Self::Own(Box::new(flanks.each_ref().map(later))),
             Self::Drawn(drawn) => Self::Drawn(Box::new(DrawnLaw {
-                beside: later(&drawn.beside),
+                undrawn_properties: later(&drawn.undrawn_properties),
                 ..DrawnLaw::clone(drawn)
             })),
         }

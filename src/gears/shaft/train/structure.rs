@@ -162,11 +162,11 @@ impl TrainDrive {
                 let terms = [(node, freedom, 1.0)];
                 let against: Terms = on.map(|node| (node, freedom, -1.0)).into_iter().collect();
                 let place = matrices.functional(&[&terms[..], &against].concat());
-                let moved = rigid.participation(&place);
+                let rigid_participation = rigid.participation(&place);
                 let inertia: f64 = (place.iter().enumerate())
                     .map(|(row, part)| part * part * matrices.mass[(row, row)])
                     .sum();
-                let size = moved.iter().map(|m| m * m).sum::<f64>() * inertia;
+                let size = rigid_participation.iter().map(|m| m * m).sum::<f64>() * inertia;
                 if size > worst.0 {
                     let name = name.clone();
                     let reason = match on {
@@ -186,8 +186,8 @@ impl TrainDrive {
 
     /// Why a shaft is free to move.
     fn free_shaft(&self, shaft: String, direction: &'static str) -> TrainError {
-        let named = self.shafts.iter().filter(|part| part.name == shaft);
-        let bearings = named.flat_map(|part| &part.bearings);
+        let shafts_of_name = self.shafts.iter().filter(|part| part.name == shaft);
+        let bearings = shafts_of_name.flat_map(|part| &part.bearings);
         let clearances = bearings.filter_map(|(_, bearing)| Some(bearing.rolling?.clearance));
         match (clearances.reduce(f64::max), self.bearing_load) {
             (Some(clearance), Some(load)) => TrainError::HeldByNoElement {
@@ -240,8 +240,9 @@ impl TrainDrive {
         };
         let driving = torque_on(self.driver, sense(layout.speeds[self.driver]));
         // A torque on the shaft of a loose gear has neither the speed nor the direction of the gear.
-        let fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
-        let wheel = Some(self.gears[1]).filter(|place| fixed(place) && self.planetary.is_empty());
+        let is_fixed = |place: &GearPlace| self.gear(*place).loose.is_none();
+        let wheel =
+            Some(self.gears[1]).filter(|place| is_fixed(place) && self.planetary.is_empty());
         let wheel = wheel.map(|place| torque_on(place.shaft, layout.speeds[place.shaft].signum()));
 
         // Torques per newton of rated force; their neutral parts cancel up to round-off.
@@ -420,7 +421,7 @@ impl TrainDrive {
                     law: match &mesh.law {
                         MeshLaw::OfFirst { phase } => ContactLaw::later(*phase),
                         MeshLaw::Own(flanks) => flanks[index].clone(),
-                        MeshLaw::Drawn(drawn) => ContactLaw::later(drawn.beside.phase),
+                        MeshLaw::Drawn(drawn) => ContactLaw::later(drawn.undrawn_properties.phase),
                     },
                     copies: matches!(mesh.law, MeshLaw::OfFirst { .. }).then_some(index),
                 });

@@ -31,17 +31,17 @@ pub(super) fn axis_key(issues: &Issues, entry: &Entry, path: &str) -> Option<&'s
     if !AxisKey::of(name).is_model_key() {
         return schema::find(MANIFEST, path);
     }
-    if modal_keys::is_name(name) {
+    if modal_keys::is_modal_number_name(name) {
         let spec = modal_keys::find(name);
         if spec.is_none() {
             issues.push_with(|| no_number(entry, path));
         }
         return spec;
     }
-    let known = schema::find(MANIFEST, name).filter(|key| key.is_variable());
-    let spec = known.filter(|spec| spec.can_be_axis());
+    let key = schema::find(MANIFEST, name).filter(|key| key.is_variable());
+    let spec = key.filter(|spec| spec.can_be_axis());
     if spec.is_none() {
-        issues.push_with(|| no_axis(entry, path, known));
+        issues.push_with(|| no_axis(entry, path, key));
     }
     spec
 }
@@ -59,19 +59,19 @@ fn no_number(entry: &Entry, path: &str) -> Diagnostic {
 }
 
 /// Why is an entry of `[grid]` not an axis?
-fn no_axis(entry: &Entry, path: &str, known: Option<&Key>) -> Diagnostic {
+fn no_axis(entry: &Entry, path: &str, key: Option<&Key>) -> Diagnostic {
     let name = entry.key.as_str();
     let fault = |message: String| {
         Diagnostic::new(DiagnosticKind::UnknownAxis, entry.key_span, path, message).accepted(
             "load, torque, speed, or a quoted key that takes a number, such as \"mesh.half_gap\"",
         )
     };
-    if let Some(why) = known.and_then(Key::shared) {
+    if let Some(why) = key.and_then(Key::shared) {
         return fault(format!("`{name}` cannot be an axis: {why}"))
             .label("one value for the whole run")
             .remedy("write one manifest per value");
     }
-    match known.map(|known| known.kind) {
+    match key.map(|key| key.kind) {
         Some(Kind::List(_)) => fault(format!("`{name}` is a list; an axis varies one number"))
             .label("a list")
             .remedy(format!("name one element, \"{name}.0\", or a key below it")),

@@ -72,21 +72,21 @@ pub(super) fn read(
             }),
         Some((kind, message, label)) => {
             let path = section.path_of(key);
-            let fitting = fitting(axes, dimensions);
-            let near = schema::nearest(name, &fitting).map(|near| format!("\"{near}\""));
+            let sweepable_axes = sweepable_axes(axes, dimensions);
+            let near = schema::nearest(name, &sweepable_axes).map(|near| format!("\"{near}\""));
             let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
                 .label(label)
                 .accepted(
                     "name load, torque, speed, or a key of mesh, excitation or a modal file that the grid varies: these keep the coordinates of the state",
                 )
                 .suggestion(near);
-            section.issues.push(if fitting.is_empty() {
+            section.issues.push(if sweepable_axes.is_empty() {
                 diagnostic
                     .remedy("give such an axis several values, or set order = \"independent\"")
             } else {
                 diagnostic.remedy(format!(
                     "axes of this grid that can be swept: {}",
-                    fitting.join(", ")
+                    sweepable_axes.join(", ")
                 ))
             });
             None
@@ -98,10 +98,10 @@ pub(super) fn read(
 fn fault(
     axes: &[GridAxis],
     dimensions: &[GridDimension],
-    found: Option<usize>,
+    position: Option<usize>,
     name: &str,
 ) -> Option<(DiagnosticKind, String, &'static str)> {
-    let Some(place) = found else {
+    let Some(place) = position else {
         return Some(match name {
             "" => (
                 DiagnosticKind::Inconsistent,
@@ -154,8 +154,11 @@ fn fault(
             "nothing to carry",
         ));
     }
-    let again = tied.is_tied().then(|| comes_again(&axes[place])).flatten();
-    again.map(|value| {
+    let duplicate = tied
+        .is_tied()
+        .then(|| repeated_value(&axes[place]))
+        .flatten();
+    duplicate.map(|value| {
         (
             DiagnosticKind::Inconsistent,
             format!(
@@ -169,7 +172,7 @@ fn fault(
 
 fn leaves_modes(name: &str) -> bool {
     !AxisKey::of(name).is_model_key()
-        || modal_keys::is_name(name)
+        || modal_keys::is_modal_number_name(name)
         || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
 }
 
@@ -180,7 +183,7 @@ fn varies(axis: &GridAxis) -> bool {
 }
 
 /// A value that a tied axis has at several places.
-fn comes_again(axis: &GridAxis) -> Option<f64> {
+fn repeated_value(axis: &GridAxis) -> Option<f64> {
     let ascending = axis.axis.values.ascending();
     let value = |rank: usize| axis.axis.values.get(ascending.place(rank));
     (1..ascending.len())
@@ -189,7 +192,7 @@ fn comes_again(axis: &GridAxis) -> Option<f64> {
 }
 
 /// Axes that can be swept.
-fn fitting<'a>(axes: &'a [GridAxis], dimensions: &[GridDimension]) -> Vec<&'a str> {
+fn sweepable_axes<'a>(axes: &'a [GridAxis], dimensions: &[GridDimension]) -> Vec<&'a str> {
     (axes.iter().enumerate())
         .map(|(place, axis)| (place, axis.axis.name()))
         .filter(|&(place, name)| {

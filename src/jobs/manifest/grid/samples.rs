@@ -53,8 +53,9 @@ pub(super) struct DrawnAxes {
 
 /// Whether an axis is written as a distribution.
 pub(super) fn is_distribution(node: &Node) -> bool {
-    let known = |entry: &Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
-    matches!(&node.value, Value::Table(entries) if entries.iter().any(known))
+    let is_distribution_key =
+        |entry: &Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
+    matches!(&node.value, Value::Table(entries) if entries.iter().any(is_distribution_key))
 }
 
 /// The distribution of an axis; `None` if there is a fault, which is reported. Relative paths start at `base_dir`.
@@ -244,8 +245,9 @@ impl DistributionReader<'_> {
         let Value::Table(entries) = &node.value else {
             return None;
         };
-        let known = |entry: &&Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
-        if let Some(entry) = entries.iter().find(|entry| !known(entry)) {
+        let is_distribution_key =
+            |entry: &&Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
+        if let Some(entry) = entries.iter().find(|entry| !is_distribution_key(entry)) {
             let near = schema::nearest(&entry.key, &LAWS).map(|near| format!("`{near}`"));
             let message = format!("a distribution has no key `{}`", entry.key);
             return Diagnostic::new(
@@ -304,7 +306,7 @@ impl DistributionReader<'_> {
     }
 
     fn law(&mut self, entry: &Entry) -> Option<Law> {
-        let (law, wrong) = match entry.key.as_str() {
+        let (law, violation) = match entry.key.as_str() {
             "normal" => {
                 let [mean, deviation] = self.pair(entry, false)?;
                 (
@@ -314,9 +316,9 @@ impl DistributionReader<'_> {
             }
             "lognormal" => {
                 let [median, deviation] = self.pair(entry, true)?;
-                let wrong = (median <= 0.0 || deviation <= 0.0)
+                let violation = (median <= 0.0 || deviation <= 0.0)
                     .then_some("median and standard deviation must be greater than 0");
-                (Law::Lognormal { median, deviation }, wrong)
+                (Law::Lognormal { median, deviation }, violation)
             }
             "uniform" => {
                 let [low, high] = self.pair(entry, false)?;
@@ -327,8 +329,8 @@ impl DistributionReader<'_> {
             }
             _ => (self.empirical(entry)?, None),
         };
-        if let Some(wrong) = wrong {
-            let message = format!("`{}.{}`: {wrong}", self.axis.path, entry.key);
+        if let Some(violation) = violation {
+            let message = format!("`{}.{}`: {violation}", self.axis.path, entry.key);
             return Diagnostic::new(
                 DiagnosticKind::OutOfRange,
                 entry.node.span,
@@ -345,21 +347,22 @@ impl DistributionReader<'_> {
     /// Two finite values of the axis's dimension; with `ratio`, the second is a ratio.
     fn pair(&mut self, entry: &Entry, ratio: bool) -> Option<[f64; 2]> {
         let path = format!("{}.{}", self.axis.path, entry.key);
-        let wrong = |message: String| {
-            let wrong = Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
+        let report_wrong_type = |message: String| {
+            let diagnostic =
+                Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
             self.axis
                 .issues
-                .push(wrong.label("not two values").accepted(ACCEPTED));
+                .push(diagnostic.label("not two values").accepted(ACCEPTED));
         };
         let Value::Array(items) = &entry.node.value else {
             let type_name = entry.node.value.type_name();
-            wrong(format!(
+            report_wrong_type(format!(
                 "`{path}` must be a list of two values, not {type_name}"
             ));
             return None;
         };
         let [first, last] = &items[..] else {
-            wrong(format!(
+            report_wrong_type(format!(
                 "`{path}` must have two values, not {}",
                 items.len()
             ));
@@ -374,7 +377,7 @@ impl DistributionReader<'_> {
             self.axis.unbounded(last, &path)?
         };
         if !(first.is_finite() && last.is_finite()) {
-            wrong(format!("`{path}` has a value that is not a finite number"));
+            report_wrong_type(format!("`{path}` has a value that is not a finite number"));
             return None;
         }
         Some([first, last])
@@ -413,11 +416,11 @@ impl DistributionReader<'_> {
             _ => {
                 let path = format!("{}.empirical", self.axis.path);
                 let message = format!("`{path}` must be a list of values, or the path of a file");
-                let wrong =
+                let diagnostic =
                     Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
                 self.axis
                     .issues
-                    .push(wrong.label("here").accepted(ACCEPTED));
+                    .push(diagnostic.label("here").accepted(ACCEPTED));
                 return None;
             }
         };

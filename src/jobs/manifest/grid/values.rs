@@ -80,7 +80,7 @@ impl AxisReader<'_> {
 
     /// One value of any size in SI.
     pub fn unbounded(&mut self, node: &Node, path: &str) -> Option<f64> {
-        let given = match &node.value {
+        let node_dimension = match &node.value {
             Value::Text(text) if self.spec.kind == Kind::ContactDamping => {
                 match units::parse_any(text) {
                     Ok((_, Dimension::Ratio)) => Dimension::Ratio,
@@ -89,9 +89,9 @@ impl AxisReader<'_> {
             }
             _ => self.dimension.unwrap_or(Dimension::Ratio),
         };
-        let dimension = *self.dimension.get_or_insert(given);
+        let dimension = *self.dimension.get_or_insert(node_dimension);
         if self.spec.kind == Kind::ContactDamping
-            && (given != dimension
+            && (node_dimension != dimension
                 || (dimension == Dimension::Damping && !matches!(node.value, Value::Text(_))))
         {
             let message = format!("`{}` mixes damping ratios and coefficients", self.path);
@@ -256,9 +256,9 @@ impl AxisReader<'_> {
         }
         let count = usize::try_from(count).ok()?;
         let values = AxisValues::even(from, to, count, logarithmic);
-        let broken = (self.spec.kind == Kind::Integer)
+        let fractional_value = (self.spec.kind == Kind::Integer)
             .then(|| values.iter().find(|value| value.fract() != 0.0));
-        if let Some(value) = broken.flatten() {
+        if let Some(value) = fractional_value.flatten() {
             let value = Value::Sample(value, Dimension::Ratio);
             let span = node.span;
             _ = self.whole(&Node { span, value }, self.path);

@@ -338,7 +338,8 @@ impl<'t> Section<'t> {
 
     /// Two quantities in SI, `[first, second]`, or one for both.
     pub fn one_or_pair(&self, name: &str) -> Option<[f64; 2]> {
-        // A key of both gears has one value in the table of one gear.
+        // A key that may have one value per gear in `[gear]` has a single value in the table of one gear. There a list
+        // is a fault.
         let of_one = self.spec(&self.path_of(name)).is_of_one_gear(&self.path);
         match self.entry(name).map(|entry| &entry.node.value) {
             Some(Value::Array(_)) if !of_one => self.pair(name),

@@ -125,7 +125,7 @@ pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> 
     });
     sliders::check(root, model.as_ref());
     film::check(root, mesh.as_ref());
-    slices::check_reduction(root, model.as_ref(), mesh.as_ref());
+    slices::check_residual_flexibility(root, model.as_ref(), mesh.as_ref());
     let retained = model.as_ref().map(|model| model.retained);
     let run = run::read(root, retained);
     let analyses = root.optional("analyses", |section| {

@@ -59,7 +59,7 @@ pub(in crate::manifest) fn read(root: &Section, base_dir: &Path) -> Option<Optio
     }))
 }
 
-/// Speed and load.
+/// How speed and load vary over the run-up.
 struct Course {
     speed: PointCourse,
     load: Option<RunUpLoad>,
@@ -83,9 +83,9 @@ fn course(section: &Section, base_dir: &Path) -> Option<Course> {
         let load = load(section, base_dir, &speed, 0.0)?;
         return Some(Course { speed, load });
     };
-    let found = columns::read(section.issues, entry, &POINTS, base_dir)?;
-    let known = [&TIME, &SPEED, &LOAD, &TORQUE];
-    let mut columns = columns::quantities(section.issues, found, &POINTS, &known)?;
+    let file_columns = columns::read(section.issues, entry, &POINTS, base_dir)?;
+    let column_kinds = [&TIME, &SPEED, &LOAD, &TORQUE];
+    let mut columns = columns::quantities(section.issues, file_columns, &POINTS, &column_kinds)?;
     let place = (&POINTS, entry.node.span);
     let time = columns::one_of(section.issues, &mut columns, &["time"], place)?;
     let speed = columns::one_of(section.issues, &mut columns, &["speed"], place)?;
@@ -145,9 +145,10 @@ fn load(
     first_time: f64,
 ) -> Option<Option<RunUpLoad>> {
     if let Some(entry) = section.entry("load_points") {
-        let found = columns::read(section.issues, entry, &LOAD_POINTS, base_dir)?;
-        let known = [&TIME, &SPEED, &LOAD, &TORQUE];
-        let mut columns = columns::quantities(section.issues, found, &LOAD_POINTS, &known)?;
+        let file_columns = columns::read(section.issues, entry, &LOAD_POINTS, base_dir)?;
+        let column_kinds = [&TIME, &SPEED, &LOAD, &TORQUE];
+        let mut columns =
+            columns::quantities(section.issues, file_columns, &LOAD_POINTS, &column_kinds)?;
         let place = (&LOAD_POINTS, entry.node.span);
         let over = columns::one_of(section.issues, &mut columns, &["time", "speed"], place)?;
         let load = columns::one_of(section.issues, &mut columns, &["load", "torque"], place)?;

@@ -50,13 +50,13 @@ pub(super) fn read(
 /// Moduli and elements, which are checked even if they have no effect. The outer `None` is a fault, the inner one an
 /// incomplete set.
 fn elastic(section: &Section, kind: DriveKind) -> Option<Option<Elastic>> {
-    let wanted = |key: &str| has_effect(kind, key) || section.has(key);
+    let is_read = |key: &str| has_effect(kind, key) || section.has(key);
     let modulus = |key: &str| {
-        if wanted(key) { section.quantity(key).map(Some) } else { Some(None) }
+        if is_read(key) { section.quantity(key).map(Some) } else { Some(None) }
     };
     let (young, shear) = (modulus("young_modulus"), modulus("shear_modulus"));
     let shear_coefficient = section.quantity("shear_coefficient");
-    let elements = if wanted("elements") { elements(section).map(Some) } else { Some(None) };
+    let elements = if is_read("elements") { elements(section).map(Some) } else { Some(None) };
     let moduli = young?.zip(shear?);
     if let Some((young, shear)) = moduli {
         check_moduli(section, young, shear)?;
@@ -162,8 +162,8 @@ fn shaft(
 
 /// A table that both shafts share, and a table of one shaft that overrides it key by key.
 struct LayeredTable<'t> {
-    common: Section<'t>,
-    special: Option<Section<'t>>,
+    shared_table: Section<'t>,
+    override_table: Option<Section<'t>>,
 }
 
 impl<'t> LayeredTable<'t> {
@@ -175,24 +175,27 @@ impl<'t> LayeredTable<'t> {
         name: &str,
         required: bool,
     ) -> Option<Option<Self>> {
-        let (common, special) = (shared.child(name), section.child(name));
-        let (common, special) = match (common?, special?) {
+        let (shared_table, override_table) = (shared.child(name), section.child(name));
+        let (shared_table, override_table) = match (shared_table?, override_table?) {
             (None, None) if required => {
                 shared.missing(name);
                 return None;
             }
             (None, None) => return Some(None),
-            (Some(common), special) => (common, special),
+            (Some(shared_table), override_table) => (shared_table, override_table),
             (None, Some(only)) => (only, None),
         };
-        Some(Some(Self { common, special }))
+        Some(Some(Self {
+            shared_table,
+            override_table,
+        }))
     }
 
     /// The layer with a key.
     fn of(&self, key: &str) -> &Section<'t> {
-        match &self.special {
-            Some(special) if special.has(key) => special,
-            _ => &self.common,
+        match &self.override_table {
+            Some(override_table) if override_table.has(key) => override_table,
+            _ => &self.shared_table,
         }
     }
 
@@ -200,12 +203,12 @@ impl<'t> LayeredTable<'t> {
     fn value<T>(&self, key: &str, mut read: impl FnMut(&Section<'t>) -> Option<T>) -> Option<T> {
         let section = self.of(key);
         if self
-            .special
+            .override_table
             .as_ref()
-            .is_some_and(|special| special.has(key))
-            && self.common.has(key)
+            .is_some_and(|override_table| override_table.has(key))
+            && self.shared_table.has(key)
         {
-            _ = read(&self.common);
+            _ = read(&self.shared_table);
         }
         read(section)
     }
@@ -216,23 +219,23 @@ impl<'t> LayeredTable<'t> {
     }
 }
 
-fn bearings(shared: &Section, special: &Section, kind: DriveKind) -> Option<[Bearing; 2]> {
+fn bearings(shared: &Section, shaft_table: &Section, kind: DriveKind) -> Option<[Bearing; 2]> {
     let needed = |key: &str| has_effect(kind, &format!("bearings.{key}"));
-    let Some(layers) = LayeredTable::read(shared, special, "bearings", needed("y"))? else {
+    let Some(layers) = LayeredTable::read(shared, shaft_table, "bearings", needed("y"))? else {
         return Some([Bearing::default(); 2]);
     };
-    let wanted = |key: &str| needed(key) || layers.of(key).has(key);
-    let read = |key: &str, wanted: bool| {
-        if wanted { layers.both(key) } else { Some([0.0; 2]) }
+    let is_read = |key: &str| needed(key) || layers.of(key).has(key);
+    let read = |key: &str, is_read: bool| {
+        if is_read { layers.both(key) } else { Some([0.0; 2]) }
     };
     let mut optional = |key: &str| read(key, layers.of(key).has(key));
     let damping = ["damping_x", "damping_xy", "damping_yx", "damping_y"].map(&mut optional);
     let cross = ["cross_xy", "cross_yx"].map(&mut optional);
-    let both = |key: &str| read(key, wanted(key));
-    let x = both("x");
-    let y = both("y");
-    let tilt = both("tilt");
-    let axial = if wanted("axial") {
+    let pair_of = |key: &str| read(key, is_read(key));
+    let x = pair_of("x");
+    let y = pair_of("y");
+    let tilt = pair_of("tilt");
+    let axial = if is_read("axial") {
         layers.value("axial", |section| section.pair("axial"))
     } else {
         Some([0.0; 2])
@@ -264,12 +267,12 @@ fn bearings(shared: &Section, special: &Section, kind: DriveKind) -> Option<[Bea
 /// The supports of both bearings; the outer `None` is a fault.
 fn pedestals(
     shared: &Section,
-    special: &Section,
+    shaft_table: &Section,
     kind: DriveKind,
 ) -> Option<Option<[Pedestal; 2]>> {
     if let Some(name) = kind.name().filter(|&name| name != Tier::Pedestal.name()) {
         let why = format!("with kind = \"{name}\": its bearings stand on the ground");
-        for section in [shared, special] {
+        for section in [shared, shaft_table] {
             section.without_effect(
                 &["pedestals"],
                 &why,
@@ -279,7 +282,7 @@ fn pedestals(
         return Some(None);
     }
     let required = kind == DriveKind::Rigid(Tier::Pedestal);
-    let Some(layers) = LayeredTable::read(shared, special, "pedestals", required)? else {
+    let Some(layers) = LayeredTable::read(shared, shaft_table, "pedestals", required)? else {
         return Some(None);
     };
     let x = layers.both("x");

@@ -6,7 +6,11 @@ use crate::manifest::reader::Section;
 use crate::manifest::spec::{MeshSpec, ModelSpec, StiffnessSpec};
 
 /// Records that springs on several lines cannot share the residual flexibility of omitted modes.
-pub(super) fn check_reduction(root: &Section, model: Option<&ModelSpec>, mesh: Option<&MeshSpec>) {
+pub(super) fn check_residual_flexibility(
+    root: &Section,
+    model: Option<&ModelSpec>,
+    mesh: Option<&MeshSpec>,
+) {
     let (Some(model), Some(mesh)) = (model, mesh) else {
         return;
     };

@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::analysis::{
-    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChainRecord, ChaosAverages,
-    ChaosOutcome, Class, CourseOutcome, CovariantOutcome, EvidenceOutcome, KaplanYorke,
-    LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample,
-    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChaosAverages, ChaosOutcome, Class,
+    CourseOutcome, CovariantOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, LyapunovMethod,
+    LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome,
+    SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
@@ -77,7 +77,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 ess: None,
                 rhat: Some(number(1)),
                 rotation_number: Some(number(2)),
-                chains: Some(ChainRecord {
+                chains: Some(GrowthRecord {
                     lengths: vec![2.0, 1.0],
                     growth: numbers.to_vec(),
                 }),

@@ -7,9 +7,9 @@ use std::path::Path;
 
 use super::*;
 use crate::analysis::{
-    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChainRecord,
-    ChaosAverages, ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome,
-    DurationOutcome, EvidenceOutcome, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke,
+    AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChaosAverages,
+    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome,
+    EvidenceOutcome, GrowthRecord, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke,
     Kick, LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome,
     NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome,
     PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
@@ -252,7 +252,7 @@ fn full(point_id: u64) -> PointRow {
                 ess: Some(26.5),
                 rhat: Some(1.25),
                 rotation_number: Some(0.125),
-                chains: Some(ChainRecord {
+                chains: Some(GrowthRecord {
                     lengths: vec![2.0, 1.0],
                     growth: vec![0.7, 0.8, 0.9],
                 }),
@@ -469,7 +469,8 @@ fn instant() -> TraceSample {
 /// A point that failed, without any results.
 fn failed(point_id: u64) -> PointRow {
     let mut row = full(point_id);
-    row.outcome = PointOutcome::unanswered(Status::Failed, "the model has no mesh mode".into());
+    row.outcome =
+        PointOutcome::without_results(Status::Failed, "the model has no mesh mode".into());
     row.multistability = None;
     row.horizon = None;
     row.covariant = None;

@@ -20,7 +20,7 @@ fn refine(by: &[Criterion]) -> Refine {
 }
 
 fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
-    let mut outcome = PointOutcome::unanswered(Status::Ok, String::new());
+    let mut outcome = PointOutcome::without_results(Status::Ok, String::new());
     outcome.class = class;
     outcome.events_per_cycle = Some(events);
     PointRow {

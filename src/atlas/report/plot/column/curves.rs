@@ -72,7 +72,7 @@ pub(super) fn draw(
         let points = plural(plan.points, "point");
         let others = (measured.as_ref()).map(|curve| plural(curve.dots.len(), "measured point"));
         let others = others.unwrap_or_default();
-        let held = plan.shared_values().join(", ");
+        let shared_values = plan.shared_values().join(", ");
         let hidden = names.iter().zip(&floors).map(|(name, floor)| {
             let named = plan.curves.iter().filter(|(key, _)| name_of(key) == *name);
             let dots = named.flat_map(|(_, curve)| &curve.dots);
@@ -89,7 +89,14 @@ pub(super) fn draw(
         };
         let mut canvas = Canvas::titled(
             &title,
-            &first.subtitle(&[&held, &points, &others, &plan.joins, &below, &errors]),
+            &first.subtitle(&[
+                &shared_values,
+                &points,
+                &others,
+                &plan.joins,
+                &below,
+                &errors,
+            ]),
         );
         let picture = Labelled {
             sources,

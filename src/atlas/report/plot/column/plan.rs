@@ -65,12 +65,12 @@ impl Plan {
         scale: &Scale,
     ) {
         let results = source.results;
-        let held = slice
-            .held
+        let fixed_values = slice
+            .fixed_values
             .iter()
             .map(|&(axis, value)| results.axis_value_text(&results.summary.axes[axis], value));
         self.words.resize(place + 1, Vec::new());
-        self.words[place] = held.collect();
+        self.words[place] = fixed_values.collect();
         self.points += slice.points.len();
         let evidence = Evidence::of(slice.points.iter().copied());
         self.evidence = self.evidence.and(evidence);
@@ -153,8 +153,11 @@ impl Plan {
 
     /// Fixed values of a source that others do not share.
     pub fn distinct_values(&self, source: usize) -> Vec<String> {
-        let held = self.shared_values();
+        let shared_values = self.shared_values();
         let words = self.words.get(source).into_iter().flatten();
-        words.filter(|word| !held.contains(word)).cloned().collect()
+        words
+            .filter(|word| !shared_values.contains(word))
+            .cloned()
+            .collect()
     }
 }

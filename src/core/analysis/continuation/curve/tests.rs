@@ -214,7 +214,7 @@ fn a_sharp_bend_is_followed_in_shorter_steps() {
             after: 0,
             length: 0.0,
             bracket: [at[0]; 2],
-            lost: None,
+            unfollowed_branch: None,
         };
         let curve = follow(&mut map, &plane, &start).unwrap();
         assert_eq!(curve.ends, ["the interval ends", end], "{width}");
@@ -298,7 +298,7 @@ fn a_multiplier_that_jumps_past_its_value_is_no_bifurcation() {
         after: 0,
         length: 0.0,
         bracket: [0.0; 2],
-        lost: None,
+        unfollowed_branch: None,
     };
     let curve = follow(&mut map, &plane, &start).unwrap();
     assert_eq!(curve.ends[0], "the interval ends");

@@ -36,7 +36,7 @@ impl Solution {
     }
 
     /// Adds the gap error of the side in contact, from δ − s e to δ.
-    pub fn restore(&mut self, gap_error: Option<&GapError>) {
+    pub fn add_gap_error(&mut self, gap_error: Option<&GapError>) {
         for (n, (term, a)) in (self
             .deflection
             .iter_mut()
@@ -230,17 +230,17 @@ pub(super) fn close_body<V: Vector>(
 ) -> f64 {
     let mut farthest = 0.0_f64;
     for ((free, next), seen) in free.iter().zip(next).zip(&mut *seen) {
-        let (mut moved, mut scale) = (V::zero(), V::zero());
+        let (mut change, mut scale) = (V::zero(), V::zero());
         for g in 0..GROUPS {
             let at = g * LANES;
             let (from, to) = (V::read(&seen.0[at..]), V::read(&next.0[at..]));
-            moved = from.multiply_add(V::splat(-1.0), to).size().plus(moved);
+            change = from.multiply_add(V::splat(-1.0), to).size().plus(change);
             scale = V::read(&free.0[at..]).size().plus(to.size()).plus(scale);
         }
-        let (moved, scale) = (moved.sum(), scale.sum());
+        let (change, scale) = (change.sum(), scale.sum());
         // An unchanged deflection is settled, even if its size is 0. NaN never settles.
-        if moved > 0.0 || moved.is_nan() {
-            let share = moved / scale;
+        if change > 0.0 || change.is_nan() {
+            let share = change / scale;
             if share > farthest || share.is_nan() {
                 farthest = share;
             }

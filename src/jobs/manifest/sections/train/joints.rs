@@ -173,21 +173,21 @@ fn mesh(
         None
     };
     let law = drawn_or_given(table, (train, gears), drawing.as_ref());
-    let beside = contact_law::properties_except_stiffness(table, gap);
+    let undrawn_properties = contact_law::properties_except_stiffness(table, gap);
     let errors = gear_errors(table, parts, (train, gears));
     let (drawing, law) = (drawing?, law?);
-    let mut beside = beside?;
+    let mut undrawn_properties = undrawn_properties?;
     let planets = gears.and_then(|gears| parts.set_of(gears));
     let planets = planets.filter(|set| set.sun_drives() && !table.has("phase"));
     if let (Drawing::Ring(_, ring, true), Some(planets)) = (&drawing, planets) {
         let sun = parts.sun_pair(section, train, planets);
-        let behind = sun.and_then(|sun| phase_of_ring(&sun, ring)).unwrap_or(0.0);
-        beside.phase = behind + phase_of_sun(section, planets);
+        let ring_phase = sun.and_then(|sun| phase_of_ring(&sun, ring)).unwrap_or(0.0);
+        undrawn_properties.phase = ring_phase + phase_of_sun(section, planets);
     }
     let at_start = |harmonic: MeshHarmonic| {
-        harmonic.with_phase_lead(-TAU * harmonic.turns_per_cycle() * beside.phase)
+        harmonic.with_phase_lead(-TAU * harmonic.turns_per_cycle() * undrawn_properties.phase)
     };
-    (beside.error).extend(errors?.into_iter().map(at_start));
+    (undrawn_properties.error).extend(errors?.into_iter().map(at_start));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
@@ -208,14 +208,14 @@ fn mesh(
             misalignment,
             friction,
             symmetry,
-            beside,
+            undrawn_properties,
         })),
         Stiffness::Given(mut divisions) => {
             if friction > 0.0 {
                 divisions = sliding(table, &drawing)?.cut(&divisions);
             }
             MeshLaw::Own(Box::new(
-                beside.on_both_flanks(&divisions, friction, symmetry),
+                undrawn_properties.on_both_flanks(&divisions, friction, symmetry),
             ))
         }
     };

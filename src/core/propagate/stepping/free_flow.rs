@@ -10,30 +10,30 @@ use crate::model::Block;
 /// ∫₀ᵗ exp(A s) ds = C I + S M,   C = ∫ e^{μs} cos νs ds,   S = ∫ e^{μs} sin νs/ν ds
 /// ```
 #[derive(Debug, Clone)]
-pub(super) struct Rotation {
+pub(super) struct FreeFlow {
     /// Entries of exp(A t), row by row, each of length N.
     entries: [Vec<f64>; 4],
     /// Response to the constant torques, first and second components.
     load: [Vec<f64>; 2],
 }
 
-impl Rotation {
+impl FreeFlow {
     /// The flow over a time \[s\].
     pub fn new(blocks: &[Block], time: f64) -> Self {
-        let mut rotation = Self {
+        let mut free_flow = Self {
             entries: Default::default(),
             load: Default::default(),
         };
         for block in blocks {
             let (flow, response) = exact(block, time);
-            for (column, value) in rotation.entries.iter_mut().zip(flow.as_flattened()) {
+            for (column, value) in free_flow.entries.iter_mut().zip(flow.as_flattened()) {
                 column.push(*value);
             }
-            for (column, value) in rotation.load.iter_mut().zip(response) {
+            for (column, value) in free_flow.load.iter_mut().zip(response) {
                 column.push(value);
             }
         }
-        rotation
+        free_flow
     }
 
     /// Advances a state of length 2N.
@@ -107,11 +107,14 @@ fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
         )
     };
     let s = block.static_input;
-    let turned = [
+    let traceless_input = [
         m[0][0] * s[0] + m[0][1] * s[1],
         m[1][0] * s[0] + m[1][1] * s[1],
     ];
-    let response = [even * s[0] + odd * turned[0], even * s[1] + odd * turned[1]];
+    let response = [
+        even * s[0] + odd * traceless_input[0],
+        even * s[1] + odd * traceless_input[1],
+    ];
     (flow, response)
 }
 
@@ -179,7 +182,7 @@ mod tests {
             let mut state = vec![f64::NAN; 2 * n];
             state[..n].fill(0.3);
             state[n..].fill(-1.1);
-            Rotation::new(&blocks, t).advance(&mut state);
+            FreeFlow::new(&blocks, t).advance(&mut state);
             for (i, block) in blocks.iter().enumerate() {
                 let exact = taylor(block, [0.3, -1.1], t);
                 assert!((state[i] - exact[0]).abs() < 1e-14, "block {i}, t = {t}");
@@ -194,9 +197,9 @@ mod tests {
     #[test]
     fn tangents_do_not_feel_the_torques() {
         let blocks = [Block::mode(3.0, 0.2, -2.0)];
-        let rotation = Rotation::new(&blocks, 0.4);
+        let free_flow = FreeFlow::new(&blocks, 0.4);
         let mut tangent = [0.0, 0.0];
-        rotation.advance_tangent(&mut tangent);
+        free_flow.advance_tangent(&mut tangent);
         assert_eq!(tangent, [0.0, 0.0]);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::ClosedModes;
 use super::excitation::unresonant;
-use super::met::{self, MOST_BYTES};
+use super::reached_sets::{self, MOST_BYTES};
 use super::series::Series;
 use super::slot::Slot;
 use super::system::{SharedData, System};
@@ -12,12 +12,12 @@ use std::sync::OnceLock;
 use std::sync::atomic::Ordering;
 
 impl<'m> ClosedModes<'m> {
-    /// The stored data of a set of closed contacts, for which [`Self::enter`] has been called.
+    /// The stored data of a set of closed contacts, for which [`Self::slot_or_build`] has been called.
     #[inline]
     pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
         match self.slots.get(set) {
             Some(slot) => slot,
-            None => unreachable!("a set is entered before it is used"),
+            None => unreachable!("a slot is built before it is used"),
         }
     }
 
@@ -33,29 +33,29 @@ impl<'m> ClosedModes<'m> {
     /// Its eigenvectors are too nearly parallel, an undamped mode is in resonance with a harmonic, or the
     /// systems built so far take too much memory.
     #[inline]
-    pub(super) fn enter(&self, set: usize) -> Result<&Slot<'m>, TableError> {
+    pub(super) fn slot_or_build(&self, set: usize) -> Result<&Slot<'m>, TableError> {
         match self.slots.get(set) {
             Some(slot) => Ok(slot),
             None => {
-                let made = self.made(set);
-                let slot = made.inspect_err(|error| {
+                let slot = self.build_slot(set).inspect_err(|error| {
                     self.refusal.get_or_init(|| *error);
                 })?;
                 match self.slots.put(set, slot) {
                     Some(slot) => Ok(slot),
-                    None => unreachable!("there is room for twice as many as may be met"),
+                    None => unreachable!("there is room for twice as many as may be reached"),
                 }
             }
         }
     }
 
-    fn made(&self, set: usize) -> Result<Slot<'m>, TableError> {
+    /// Builds the slot of a system.
+    fn build_slot(&self, set: usize) -> Result<Slot<'m>, TableError> {
         let (model, sets) = (self.model, &self.sets);
         let basis = self.bases.of(model, sets, set)?;
         unresonant(model, &basis, &self.frequencies)?;
-        self.take_room(met::bytes(model.modes()))?;
+        self.take_room(reached_sets::bytes(model.modes()))?;
         let closed: Vec<_> = sets.closed(set).collect();
-        let given = SharedData {
+        let shared_data = SharedData {
             model,
             frequencies: &self.frequencies,
             mixed: &self.mixed,
@@ -65,7 +65,7 @@ impl<'m> ClosedModes<'m> {
             states: (0..model.contacts.len())
                 .map(|contact| sets.state(set, contact))
                 .collect(),
-            system: System::new(&given, &basis, &closed),
+            system: System::new(&shared_data, &basis, &closed),
             basis,
             series: OnceLock::new(),
         })
@@ -74,21 +74,21 @@ impl<'m> ClosedModes<'m> {
     /// Counts the bytes of the systems that a motion reaches. The count depends on nothing else, so a
     /// repeated motion ends at the same system.
     fn take_room(&self, bytes: usize) -> Result<(), TableError> {
-        let taken = self.taken.fetch_add(bytes, Ordering::Relaxed) + bytes;
-        if taken <= MOST_BYTES {
+        let used_bytes = self.used_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        if used_bytes <= MOST_BYTES {
             Ok(())
         } else {
             Err(TableError::TooLarge {
                 size: TableSize {
                     systems: self.slots.count(),
-                    bytes: taken,
+                    bytes: used_bytes,
                 },
                 most: MOST_BYTES,
             })
         }
     }
 
-    /// The series of an entered system.
+    /// The series of a system with a slot.
     #[inline]
     pub(super) fn series(&self, set: usize) -> &[Series] {
         let slot = self.slot(set);

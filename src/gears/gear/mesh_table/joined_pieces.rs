@@ -1,4 +1,4 @@
-//! Joins the pieces of a mesh table to a course of few pieces, within an accuracy.
+//! Joins the pieces of a mesh table to few pieces, within an accuracy.
 //!
 //! A window of propagation ends with a piece, so pieces cost time. Two neighbours become one piece if a polynomial
 //! follows the stiffness and the tangent error of both, and if means suffice for load centroid and friction.
@@ -9,15 +9,15 @@ use super::cycle::{MeshTableCycle, MeshTablePiece};
 use super::pieces::{EXTRAPOLATED_AT, EXTRAPOLATION_LIMITS};
 use crate::numerics::legendre::{evaluate, transforms8};
 
-/// Phases per piece of the table at which a course is compared with it, ends included.
+/// Phases per piece of the table at which joined pieces are compared with it, ends included.
 const CHECKS: usize = 9;
 
 /// Upper limit of the length of windows of propagation \[cycles\].
 const LONGEST_WINDOW: f64 = 0.25;
 
-/// Required accuracy of a course.
+/// Required accuracy of joined pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CourseAccuracy {
+pub struct JoiningAccuracy {
     /// Largest error of stiffness (relative) and of tangent error (in deflections) times the length of a piece.
     pub stiffness: f64,
     /// Largest deviation from the means of a piece, times its length. Friction direction counts times `friction`, its
@@ -33,19 +33,19 @@ pub struct CourseAccuracy {
     pub face_width: f64,
 }
 
-/// A course of few pieces.
+/// The mesh table over a cycle in few pieces, each joined from neighbours.
 #[derive(Debug, Clone, PartialEq)]
-pub struct MeshCourse {
+pub struct JoinedPieces {
     /// The pieces, in order.
     pub pieces: Vec<MeshTablePiece>,
-    /// Largest error of stiffness and tangent error, as in [`CourseAccuracy::stiffness`].
+    /// Largest error of stiffness and tangent error, as in [`JoiningAccuracy::stiffness`].
     pub stiffness_error: f64,
-    /// Largest deviation from the means, as in [`CourseAccuracy::turning`].
+    /// Largest deviation from the means, as in [`JoiningAccuracy::turning`].
     pub turning_error: f64,
 }
 
-/// A piece with its errors, as in [`MeshCourse`].
-struct Fitted {
+/// A piece with its errors, as in [`JoinedPieces`].
+struct FittedPiece {
     piece: MeshTablePiece,
     errors: [f64; 2],
 }
@@ -57,19 +57,19 @@ struct Sample {
 }
 
 /// Polynomials of the table over all its pieces.
-struct Exact<'a> {
+struct TablePolynomials<'a> {
     cycle: &'a MeshTableCycle,
-    accuracy: CourseAccuracy,
+    accuracy: JoiningAccuracy,
     /// The series of the values of a [`Sample`], piece by piece.
     series: Vec<[[f64; NODES]; 5]>,
 }
 
 impl MeshTableCycle {
-    /// The course that joins as many neighbours as possible, from phase 0 on.
-    pub fn course(&self, accuracy: CourseAccuracy) -> MeshCourse {
-        let exact = Exact::new(self, accuracy);
-        let ends = exact.ends();
-        let mut course = MeshCourse {
+    /// The pieces that join as many neighbours as possible, from phase 0 on.
+    pub fn joined_pieces(&self, accuracy: JoiningAccuracy) -> JoinedPieces {
+        let polynomials = TablePolynomials::new(self, accuracy);
+        let ends = polynomials.ends();
+        let mut joined_pieces = JoinedPieces {
             pieces: Vec::new(),
             stiffness_error: 0.0,
             turning_error: 0.0,
@@ -77,35 +77,36 @@ impl MeshTableCycle {
         let mut first = 0;
         while first + 1 < ends.len() {
             let mut last = first + 1;
-            let mut fitted = exact.part([ends[first], ends[last]]);
+            let mut fitted_piece = polynomials.part([ends[first], ends[last]]);
             while let Some(&end) = ends.get(last + 1) {
-                let Some(longer) = exact.joined([ends[first], end]) else {
+                let Some(longer) = polynomials.joined_piece([ends[first], end]) else {
                     break;
                 };
-                (fitted, last) = (longer, last + 1);
+                (fitted_piece, last) = (longer, last + 1);
             }
-            course.stiffness_error = course.stiffness_error.max(fitted.errors[0]);
-            course.turning_error = course.turning_error.max(fitted.errors[1]);
-            course.pieces.push(fitted.piece);
+            joined_pieces.stiffness_error =
+                joined_pieces.stiffness_error.max(fitted_piece.errors[0]);
+            joined_pieces.turning_error = joined_pieces.turning_error.max(fitted_piece.errors[1]);
+            joined_pieces.pieces.push(fitted_piece.piece);
             first = last;
         }
-        course
+        joined_pieces
     }
 }
 
-impl<'a> Exact<'a> {
-    fn new(cycle: &'a MeshTableCycle, accuracy: CourseAccuracy) -> Self {
+impl<'a> TablePolynomials<'a> {
+    fn new(cycle: &'a MeshTableCycle, accuracy: JoiningAccuracy) -> Self {
         let error = cycle.tangent_error();
         let series = (0..cycle.stiffness.len())
             .map(|piece| {
-                let courses = [
+                let quantities = [
                     &cycle.stiffness,
                     &error,
                     &cycle.centre,
                     &cycle.friction,
                     &cycle.friction_lever,
                 ];
-                courses.map(|values| transforms8().interpolate(&values[piece]))
+                quantities.map(|values| transforms8().interpolate(&values[piece]))
             })
             .collect();
         Self {
@@ -115,7 +116,7 @@ impl<'a> Exact<'a> {
         }
     }
 
-    /// Ends of the table's pieces and of their equal parts, none longer than the shortest piece of a course.
+    /// Ends of the table's pieces and of their equal parts, none longer than the shortest joined piece.
     fn ends(&self) -> Vec<f64> {
         let mut ends = vec![0.0];
         for piece in self.cycle.breaks.windows(2) {
@@ -130,47 +131,52 @@ impl<'a> Exact<'a> {
     }
 
     /// A part of one piece of the table, with the same polynomials.
-    fn part(&self, ends: [f64; 2]) -> Fitted {
+    fn part(&self, ends: [f64; 2]) -> FittedPiece {
         let samples = self.samples(ends);
         let [stiffness, tangent_error] = [0, 1].map(|quantity| self.through(ends, quantity));
-        self.fitted(ends, &samples, [stiffness, tangent_error], 0.0)
+        self.fitted_piece(ends, &samples, [stiffness, tangent_error], 0.0)
     }
 
     /// One piece between two phases, if it is close enough to the table.
-    fn joined(&self, ends: [f64; 2]) -> Option<Fitted> {
+    fn joined_piece(&self, ends: [f64; 2]) -> Option<FittedPiece> {
         let length = ends[1] - ends[0];
         let samples = self.samples(ends);
         let (mut error, allowed) = (0.0_f64, self.accuracy.stiffness / length);
         let mut series = [[0.0; NODES]; 2];
         for (quantity, series) in series.iter_mut().enumerate() {
-            let found = self.follows(ends, &samples, quantity, allowed)?;
-            *series = found.0;
-            error = error.max(found.1);
+            let (polynomial, fit_error) =
+                self.fitted_polynomial(ends, &samples, quantity, allowed)?;
+            *series = polynomial;
+            error = error.max(fit_error);
         }
-        let fitted = self.fitted(ends, &samples, series, error * length);
-        (length <= self.accuracy.shortest || fitted.errors[1] <= self.accuracy.turning)
-            .then_some(fitted)
+        let fitted_piece = self.fitted_piece(ends, &samples, series, error * length);
+        (length <= self.accuracy.shortest || fitted_piece.errors[1] <= self.accuracy.turning)
+            .then_some(fitted_piece)
     }
 
-    fn fitted(
+    fn fitted_piece(
         &self,
         ends: [f64; 2],
         samples: &[Sample],
         series: [[f64; NODES]; 2],
         error: f64,
-    ) -> Fitted {
+    ) -> FittedPiece {
         let means = self.cycle.means(ends);
-        let of = &self.accuracy;
+        let accuracy = &self.accuracy;
         let scales = [
-            (2, means.centre, 1.0 / of.face_width),
-            (3, means.friction, of.friction),
-            (4, means.friction_lever, of.friction / of.base_radius),
+            (2, means.centre, 1.0 / accuracy.face_width),
+            (3, means.friction, accuracy.friction),
+            (
+                4,
+                means.friction_lever,
+                accuracy.friction / accuracy.base_radius,
+            ),
         ];
-        let off = |sample: &Sample| {
+        let deviations = |sample: &Sample| {
             scales.map(|(quantity, mean, scale)| scale * (sample.values[quantity] - mean).abs())
         };
-        let departure = samples.iter().flat_map(off).fold(0.0, f64::max);
-        Fitted {
+        let deviation = samples.iter().flat_map(deviations).fold(0.0, f64::max);
+        FittedPiece {
             piece: MeshTablePiece {
                 start: ends[0],
                 end: ends[1],
@@ -180,13 +186,13 @@ impl<'a> Exact<'a> {
                 friction: means.friction,
                 friction_lever: means.friction_lever,
             },
-            errors: [error, departure * (ends[1] - ends[0])],
+            errors: [error, deviation * (ends[1] - ends[0])],
         }
     }
 
     /// The polynomial of a quantity between two phases, of the highest degree that meets two conditions, with its
     /// error. It stays within the accuracy, and it can be extrapolated beyond its end as far as windows extend.
-    fn follows(
+    fn fitted_polynomial(
         &self,
         ends: [f64; 2],
         samples: &[Sample],
@@ -206,7 +212,7 @@ impl<'a> Exact<'a> {
                 .map(|(sample, x)| sample.values[quantity] - evaluate(&series, x));
             series[0] += 0.5 * (before + behind);
             series[1] += 0.5 * (behind - before);
-            let off = |sample: &Sample| {
+            let relative_error = |sample: &Sample| {
                 let x = (2.0 * sample.phase - ends[0] - ends[1]) / (ends[1] - ends[0]);
                 let scale = match quantity {
                     0 => sample.values[0],
@@ -214,12 +220,14 @@ impl<'a> Exact<'a> {
                 };
                 ((evaluate(&series, x) - sample.values[quantity]) / scale).abs()
             };
-            let error = samples.iter().map(off).fold(0.0, f64::max);
+            let error = samples.iter().map(relative_error).fold(0.0, f64::max);
             let end = evaluate(&series, 1.0);
             let [least, most] = EXTRAPOLATION_LIMITS.map(|part| part * end);
-            let behind = EXTRAPOLATED_AT.map(|x| evaluate(&series, 1.0 + (x - 1.0) * reach));
-            let carries = quantity > 0 || behind.iter().all(|k| (least..=most).contains(k));
-            (carries && error <= allowed).then_some((series, error))
+            let extrapolations =
+                EXTRAPOLATED_AT.map(|x| evaluate(&series, 1.0 + (x - 1.0) * reach));
+            let can_be_extrapolated =
+                quantity > 0 || extrapolations.iter().all(|k| (least..=most).contains(k));
+            (can_be_extrapolated && error <= allowed).then_some((series, error))
         })
     }
 

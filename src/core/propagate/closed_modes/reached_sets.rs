@@ -14,9 +14,9 @@ pub const MOST_BYTES: usize = 256_000_000;
 /// only, not on the motion that reaches it first. Changes between sets go through modes: direct tables would
 /// be used too seldom to stay in a cache.
 #[derive(Debug, Default)]
-pub struct MetSets(Mutex<HashMap<usize, Arc<Basis<'static>>>>);
+pub struct ReachedSets(Mutex<HashMap<usize, Arc<Basis<'static>>>>);
 
-impl MetSets {
+impl ReachedSets {
     /// The bases that kernels of a structure share, or an empty collection.
     pub fn stored_in(place: Option<&SharedStorage>) -> Arc<Self> {
         let shared = place.map(|place| place.get_or_init(|| Arc::<Self>::default()).clone());
@@ -38,16 +38,16 @@ impl MetSets {
         }
         // Computed without the lock, so other threads continue; two threads that compute the same basis get the same
         // result.
-        let made = Arc::new(FoundBasis::new(model, sets, set)?.basis(set));
-        let mut all = self.lock();
-        if let Some(known) = all.get(&set) {
+        let basis = Arc::new(FoundBasis::new(model, sets, set)?.basis(set));
+        let mut bases = self.lock();
+        if let Some(known) = bases.get(&set) {
             return Ok(known.clone());
         }
         // Above the limit each kernel computes the bases of the sets that it reaches.
-        if all.len() * bytes(model.modes()) < MOST_BYTES {
-            all.insert(set, made.clone());
+        if bases.len() * bytes(model.modes()) < MOST_BYTES {
+            bases.insert(set, basis.clone());
         }
-        Ok(made)
+        Ok(basis)
     }
 
     /// Number of sets that were reached.
