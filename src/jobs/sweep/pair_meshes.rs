@@ -55,11 +55,11 @@ impl PairSprings<'_> {
             |springs: &MeshSprings| spring_divisions(springs, self.misalignment, stiffness, most);
         let alike = divisions(&alike);
         let [drive, coast] = cycles.map(|of_flank| -> Vec<Vec<Vec<Division>>> {
-            let own = |springs: Option<Arc<MeshSprings>>| match springs {
+            let of_cycle = |springs: Option<Arc<MeshSprings>>| match springs {
                 Some(springs) => divisions(&springs),
                 None => alike.clone(),
             };
-            of_flank.into_iter().map(own).collect()
+            of_flank.into_iter().map(of_cycle).collect()
         });
         let coast = match &point.mesh.teeth {
             Some(teeth) if !coast.is_empty() => mirrored(&coast, teeth.coast_turn()),
@@ -80,13 +80,10 @@ impl PairSprings<'_> {
     ) -> Result<Vec<Option<Arc<MeshSprings>>>, MeshError> {
         (0..teeth.base_cycles())
             .map(|cycle| {
-                self.faulty(flanks, teeth, [flank, cycle])
-                    .differ()
-                    .then_some(cycle)
-            })
-            .map(|cycle| {
-                let springs = |cycle| self.springs(flanks, Some((teeth, [flank, cycle])), known);
-                cycle.map(springs).transpose()
+                let differs = self.faulty(flanks, teeth, [flank, cycle]).differ();
+                differs
+                    .then(|| self.springs(flanks, Some((teeth, [flank, cycle])), known))
+                    .transpose()
             })
             .collect()
     }
@@ -167,10 +164,11 @@ fn mirrored(drive: &[Vec<Vec<Division>>], turn: f64) -> Vec<Vec<Vec<Division>>> 
             let [early, late] = [0, 1]
                 .map(|before| &drive[(whole as i64 - cycle - before).rem_euclid(count) as usize]);
             let spliced = |(early, late): (&Vec<Division>, &Vec<Division>)| {
-                let [early, late] = [early, late].map(|own| Division::mirrored(own, 0.5 * rest));
-                let within = |own: &Division| own.end <= rest + SAME_PHASE;
+                let [early, late] =
+                    [early, late].map(|divisions| Division::mirrored(divisions, 0.5 * rest));
+                let within = |division: &Division| division.end <= rest + SAME_PHASE;
                 let mut all: Vec<Division> = early.into_iter().filter(within).collect();
-                all.extend(late.into_iter().filter(|own| !within(own)));
+                all.extend(late.into_iter().filter(|division| !within(division)));
                 all
             };
             early.iter().zip(late).map(spliced).collect()

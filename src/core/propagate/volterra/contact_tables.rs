@@ -24,12 +24,12 @@ pub struct ContactRequest {
     /// Responses along the line of the force.
     pub impulse: Kernels,
     /// Other lines on which the force acts.
-    pub felt: Vec<Felt>,
+    pub other_lines: Vec<LineResponse>,
 }
 
-/// A line on which a force acts.
+/// How a line on which a force acts responds to it.
 #[derive(Debug)]
-pub struct Felt {
+pub struct LineResponse {
     pub line: usize,
     /// Deflection per force without delay \[m/N\].
     pub at_once: f64,
@@ -82,15 +82,15 @@ impl ContactRequest {
             feedback,
             nodal,
             responses: self
-                .felt
+                .other_lines
                 .iter()
-                .map(|felt| felt.response(self.delta))
+                .map(|line| line.response(self.delta))
                 .collect(),
         }
     }
 }
 
-impl Felt {
+impl LineResponse {
     fn response(&self, delta: f64) -> Response {
         let columns = |kernel| convolution24().operator(kernel, delta).map(Row);
         let mut deflection = columns(&self.impulse.deflection);

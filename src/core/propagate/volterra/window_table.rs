@@ -1,7 +1,7 @@
 //! The tables that depend on the length of a window and on the direction of the mesh force.
 
 use super::block_exponential::{BlockExponential, Kernels, impulse};
-use super::contact_tables::{ContactRequest, ContactTables, Felt};
+use super::contact_tables::{ContactRequest, ContactTables, LineResponse};
 use super::lanes::{self, ExponentialChunk, Windows};
 use super::shapes::{LANES, Layout, Row, TERMS};
 use super::window_stiffness::WindowStiffness;
@@ -36,7 +36,7 @@ pub struct WindowTable {
 
 impl WindowTable {
     /// Tables for windows of a length \[s\] and a direction, without those of windows in contact. `closures` are the
-    /// stiffnesses of contacts on such windows, with a flag for further windows with a varying stiffness. `felt` are the
+    /// stiffnesses of contacts on such windows, with a flag for further windows with a varying stiffness. `other_lines` are the
     /// other lines on which the force acts. `exponentials` are those of the blocks on a window of this length,
     /// `frequencies` those of the transmission errors. `known` are tables that may share arrays with the new one.
     pub fn new(
@@ -44,7 +44,7 @@ impl WindowTable {
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
         (closures, varying): (Vec<WindowStiffness>, bool),
-        (felt, frequencies): (&[usize], &[[f64; 2]]),
+        (other_lines, frequencies): (&[usize], &[[f64; 2]]),
         known: &[Self],
     ) -> Self {
         let same_length = known.iter().rev().find(|table| table.delta == delta);
@@ -66,8 +66,8 @@ impl WindowTable {
             closures,
             varying,
             impulse: impulse(own, own, exponentials),
-            felt: (felt.iter())
-                .map(|&line| Felt {
+            other_lines: (other_lines.iter())
+                .map(|&line| LineResponse {
                     line,
                     at_once: model.direct_reduction(line, direction),
                     impulse: impulse(along(line), own, exponentials),
