@@ -21,7 +21,7 @@ const MOST_ROWS: usize = 100;
 /// Largest number of degrees of freedom for which modes are computed, in a second or two. The default drive has 192.
 const MOST_FREEDOMS: usize = 1500;
 
-/// A mode that grows with less than this magnitude of negative damping ratio grows by round-off.
+/// Largest magnitude of a negative damping ratio that is round-off. Such a mode does not count as growing.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The structure of a grid's first point.

@@ -69,8 +69,8 @@ impl Tied {
         (0..axes).filter(|axis| !goes(axis)).collect()
     }
 
-    /// The axes for maps, slowest first. A group of tied axes contributes two axes whose plane is at least half full,
-    /// or else the axis with most values.
+    /// The axes for maps, slowest first. A group of tied axes contributes two axes of whose combinations at least half
+    /// have points, or else the axis with most values.
     pub(super) fn free(&self, axes: usize) -> Vec<usize> {
         let chosen = |axis: &usize| {
             let containing = self.0.iter().find(|group| group.axes.contains(axis));

@@ -124,7 +124,7 @@ pub(super) struct TableWriter<R, W: Write + Send> {
     buffer: Vec<R>,
     /// Rows of the unfinished group.
     group_rows: usize,
-    /// List data of the unfinished group \[bytes\].
+    /// Bytes in the list columns of the unfinished row group.
     group_bytes: usize,
     rows: u64,
     largest_buffer: usize,

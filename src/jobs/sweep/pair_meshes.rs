@@ -25,7 +25,8 @@ pub(super) struct PairSprings<'a> {
     pub misalignment: f64,
     /// Slices of the face.
     pub slices: usize,
-    /// Force under which the contact has its mean flattening \[N\], if flanks flatten.
+    /// Force at which the linearised contact flattens as much as the real one, its secant \[N\]. Without effect if the
+    /// contact is linear.
     pub force: f64,
 }
 

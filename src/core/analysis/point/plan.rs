@@ -15,7 +15,7 @@ pub(super) const DISPLACEMENT: f64 = 1e-3;
 /// Number of gaps between branches within the cycles at the first look.
 const GAPS: u64 = 40;
 
-/// Number by which the gap is divided to give the cycles in which a branch separates from its pilot.
+/// Ratio of the pilot's cycles between two branches to the cycles of a branch that are discarded.
 const PARTS: u64 = 5;
 
 /// The plan of a point.

@@ -37,7 +37,7 @@ const NO_AMPLITUDE: f64 = 1e-13;
 pub struct Derivative {
     /// Value of the quantity.
     pub value: f64,
-    /// Derivative of the value; NaN if the value is only round-off, which has a kink there.
+    /// Derivative of the value; NaN for an RMS or an amplitude that is only round-off, because these have a kink at zero.
     pub by: f64,
 }
 

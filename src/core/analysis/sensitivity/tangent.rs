@@ -34,7 +34,7 @@ use std::f64::consts::FRAC_PI_2;
 /// margin, the event occurs because the force vanishes, or because gap or line step.
 const ON_SURFACE: f64 = 1e-7;
 
-/// Terms of the exponentials.
+/// Terms of the Legendre series of a block's exponential on a window, and of the response to an impulse.
 const KERNEL_TERMS: usize = 32;
 
 /// The derivative of a trajectory by a parameter, window after window.

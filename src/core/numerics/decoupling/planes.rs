@@ -187,7 +187,7 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// Image of a vector of the inner matrix in the unsprung displacements.
+    /// The rows of the matrix for the unsprung displacements, times a vector of the inner coordinates.
     fn feeds(&self, y: &[f64]) -> Vec<f64> {
         let feed = |j: &usize| {
             self.rest

@@ -9,7 +9,7 @@ use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
 use std::collections::BTreeSet;
 
-/// The tabulated law.
+/// The law of a mesh at one phase, from which a mesh table is computed.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct MeshLaw<'a, L> {
     pub flanks: &'a L,

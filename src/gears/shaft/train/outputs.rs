@@ -106,8 +106,8 @@ fn acts(force: &[f64]) -> bool {
     force.iter().any(|&coefficient| coefficient != 0.0)
 }
 
-/// Motions of every bearing's position on its shaft and on its support, in each free direction,
-/// and of rotating nodes: kind, name, node and direction of rotation.
+/// Motions in each free direction of every bearing's place on its shaft and on its support, and the rotations of some
+/// nodes. `turning` has the kind and name of each rotation, its node and its direction (±1).
 pub(super) fn place_motions(
     matrices: &AssembledMatrices,
     solution: &Modes,

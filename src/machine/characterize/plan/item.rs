@@ -67,7 +67,7 @@ impl Solver {
     }
 }
 
-/// The tables that threads read.
+/// Which copy of the tables a thread reads.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Sharing {

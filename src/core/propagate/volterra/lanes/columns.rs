@@ -98,7 +98,7 @@ pub(super) fn add_terms<V: Vector, const COLUMNS: usize>(
     }
 }
 
-/// The series of a batch as slices of weights.
+/// The rows of a batch as slices, the form of the weights of [`combine`].
 #[inline(always)]
 pub(super) fn series<const COLUMNS: usize>(rows: &[Row; COLUMNS]) -> [&[f64]; COLUMNS] {
     let mut out: [&[f64]; COLUMNS] = [&[]; COLUMNS];

@@ -26,7 +26,7 @@ impl Solution {
         size: 0.0,
     };
 
-    /// The motion with a deflection; `free` is the size of the free deflection.
+    /// The solution with this series of δ. `free` is `Σ |d[n]|` of the free deflection.
     pub fn of(deflection: &Row, free: f64) -> Self {
         Self {
             deflection: deflection.0,
