@@ -82,6 +82,10 @@ impl Located {
     }
 }
 
+/// Largest distance of a merging from the step, relative to the parameter's interval. The step is a chord across the
+/// merging, so that it may be shorter.
+const FARTHEST: f64 = 0.02;
+
 /// The period doubling of the orbits of period `period`, at which the branch merges into them. The search runs along
 /// these orbits, because the equations of the branch itself are singular there.
 pub(super) fn merging(
@@ -123,8 +127,8 @@ pub(super) fn merging(
             break;
         }
     }
-    // A period doubling beyond the step belongs to another branch.
-    if (newer.0 - start).abs() > (s_b - s_a) * span.scale() {
+    // A period doubling far beyond the step belongs to another branch.
+    if (newer.0 - start).abs() > (s_b - s_a).max(FARTHEST) * span.scale() {
         return None;
     }
     // If the multipliers jump, the determinant has no zero.
