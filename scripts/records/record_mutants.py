@@ -229,10 +229,10 @@ def wilson(killed, tried):
 def sampled(asked, modules):
     """A seeded sample of the mutants of some modules, and the counts of all."""
     found, counts = [], {}
+    changed = changed_lines(asked.since) if asked.since else {}
     for module in modules:
         mutants = mutants_of(module)
         if asked.since:
-            changed = changed_lines(asked.since)
             mutants = [m for m in mutants if m["rows"][0] in changed.get(m["file"], ())]
         drawn = random.Random(f"{asked.seed} {module}").sample(mutants, min(asked.sample, len(mutants)))
         counts[module] = {"mutants": len(mutants), "sampled": len(drawn)}
