@@ -109,9 +109,12 @@ pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
     a
 }
 
+/// Equations for which the preparations of a general solver take longer than the elimination.
+const SMALL: usize = 8;
+
 /// Solution of `A x = b` by partial pivoting.
 pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
-    if portable() {
+    if portable() || rhs.len() <= SMALL {
         return plain::Lu::new(matrix.to_owned()).solve(rhs);
     }
     let b = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);

@@ -155,45 +155,53 @@ pub fn first_crossing<const P: usize, A: Arithmetic<P>>(
     limit: f64,
     counters: &mut Counters,
 ) -> Option<Crossing> {
-    let mut crossing_of = |search: Search, contact: usize| {
-        counters.bisections += u64::from(search.bisections);
-        counters.newton_steps += u64::from(search.newton_steps);
-        counters.grazings += u64::from(search.grazings);
-        search.exit.map(|x| Crossing { x, contact })
-    };
-    let margin = |guard: &Guard<'_, P>| {
-        let Margin { scale, shift, .. } = guard.margin;
-        let mut margin = A::scaled(series, scale, shift);
-        if let Some(gap_error) = guard.gap_error {
-            // An open contact's margin grows with its gap.
-            let inside = if guard.margin.closed { 1.0 } else { -1.0 };
-            for n in 0..P {
-                margin[n] -= inside * gap_error[n];
-            }
-        }
-        margin
-    };
     if let Some(guard) = ahead::<P, A>(transforms, series, guards) {
-        let search = exit_of_falling::<P, A>(transforms, &margin(guard), limit);
+        let search = exit_of_falling::<P, A>(transforms, &margin_of::<P, A>(guard, series), limit);
         counters.certified += u64::from(search.certified);
-        return crossing_of(search, guard.margin.contact);
+        return crossing_of(search, guard.margin.contact, counters);
     }
     let mut first: Option<Crossing> = None;
     let mut certified = true;
     for guard in guards {
-        let mut margin = margin(guard);
+        let mut margin = margin_of::<P, A>(guard, series);
         let mut noise = noise;
         if guard.crossed {
             margin = A::quotient(transforms, &margin);
             noise *= DEFLATION_NOISE;
         }
-        let limit = first.map_or(limit, |c| c.x);
+        let limit = if let Some(first) = first { first.x } else { limit };
         let search = earliest_exit::<P, A>(transforms, &margin, limit, noise);
         certified &= search.certified;
-        first = crossing_of(search, guard.margin.contact).or(first);
+        first = crossing_of(search, guard.margin.contact, counters).or(first);
     }
     counters.certified += u64::from(certified);
     first
+}
+
+/// The margin of a contact along a deflection.
+#[inline(always)]
+fn margin_of<const P: usize, A: Arithmetic<P>>(
+    guard: &Guard<'_, P>,
+    series: &[f64; P],
+) -> [f64; P] {
+    let Margin { scale, shift, .. } = guard.margin;
+    let mut margin = A::scaled(series, scale, shift);
+    if let Some(gap_error) = guard.gap_error {
+        // An open contact's margin grows with its gap.
+        let inside = if guard.margin.closed { 1.0 } else { -1.0 };
+        for n in 0..P {
+            margin[n] -= inside * gap_error[n];
+        }
+    }
+    margin
+}
+
+/// The event at the exit that a search found, if any.
+fn crossing_of(search: Search, contact: usize, counters: &mut Counters) -> Option<Crossing> {
+    counters.bisections += u64::from(search.bisections);
+    counters.newton_steps += u64::from(search.newton_steps);
+    counters.grazings += u64::from(search.grazings);
+    search.exit.map(|x| Crossing { x, contact })
 }
 
 /// The one of two opposite open contacts that the deflection approaches monotonically. `None` if it may turn, starts

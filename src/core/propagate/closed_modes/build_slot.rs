@@ -13,7 +13,7 @@ use std::sync::atomic::Ordering;
 
 impl<'m> ClosedModes<'m> {
     /// The stored data of a set of closed contacts, for which [`Self::slot_or_build`] has been called.
-    #[inline]
+    #[inline(always)]
     pub(super) fn slot(&self, set: usize) -> &Slot<'m> {
         match self.slots.get(set) {
             Some(slot) => slot,
@@ -22,7 +22,7 @@ impl<'m> ClosedModes<'m> {
     }
 
     /// The system of a slot.
-    #[inline]
+    #[inline(always)]
     pub(super) fn system(&self, set: usize) -> &System {
         &self.slot(set).system
     }

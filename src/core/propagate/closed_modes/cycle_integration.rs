@@ -214,7 +214,7 @@ impl ClosedModes<'_> {
     #[inline(always)]
     fn move_block<V: Vector>(&self, w: &mut Workspace) {
         let system = self.system(w.set);
-        advance_body::<V>(&system.moves[NODES - 1], &mut w.states);
+        advance_body::<V>(system.moves_to(NODES), &mut w.states);
         let half = w.length / 2;
         for (drift, pushes) in system.steady.drifts.iter().zip(&system.pushes) {
             let [x, y] = pushes[NODES - 1];
@@ -238,6 +238,8 @@ impl ClosedModes<'_> {
         };
         if remaining.abs() * self.fastest() <= lanes::LITTLE {
             advance_little_body::<V>(&system.chunks, remaining, &mut w.spare);
+            self.frequencies
+                .turn_a_little(remaining, &mut w.spare_inputs);
         } else {
             // The rows do not matter: their products are not used.
             let (rows, before) = (&system.views[0].rows, parts.before());
@@ -249,14 +251,17 @@ impl ClosedModes<'_> {
                 &w.states,
                 &mut w.spare,
             );
+            let turns = parts.turns(self);
+            (self.frequencies).turn_to(turns, parts.rest, &w.inputs, &mut w.spare_inputs);
         }
         std::mem::swap(&mut w.states, &mut w.spare);
+        std::mem::swap(&mut w.inputs, &mut w.spare_inputs);
         let half = w.length / 2;
-        for (drift, [x, y]) in parts.pushed() {
+        for index in 0..system.pushes.len() {
+            let (drift, [x, y]) = parts.pushed(index);
             w.states[drift.lane] += x;
             w.states[half + drift.lane] += y;
         }
-        (self.frequencies).turn_to(parts.turns(self), parts.rest, &mut w.inputs);
     }
 
     /// Deflections and their rates at the present time along the lines of all contacts.

@@ -62,43 +62,31 @@ impl Frequencies {
         }
     }
 
-    /// Advances the inputs' values to a later time: the turns of a node, if given, then a short rest \[s\] as defined
-    /// by [`super::lanes::SHORT`].
-    #[inline]
-    pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &mut [f64]) {
-        for (h, pair) in inputs[1..].as_chunks_mut::<2>().0[..self.all.len()]
-            .iter_mut()
-            .enumerate()
-        {
-            *pair = self.later(h, node, rest, *pair);
+    /// The inputs' values at a later time: behind the turns of a node, if given, and a short rest \[s\] as defined by
+    /// [`super::lanes::SHORT`].
+    #[inline(always)]
+    pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &[f64], out: &mut [f64]) {
+        let (pairs, out) = (
+            inputs[1..].as_chunks::<2>().0,
+            out[1..].as_chunks_mut::<2>().0,
+        );
+        for (h, [angular, _]) in self.all.iter().enumerate() {
+            let there = match node {
+                Some(turns) => turned_over(pairs[h], turns[h]),
+                None => pairs[h],
+            };
+            out[h] = turned_by(there, angular * rest);
         }
     }
 
-    /// Contribution of the inputs to a deflection and its first two derivatives at such a time.
-    #[inline]
-    pub fn driven(
-        &self,
-        node: Option<&[[f64; 2]]>,
-        rest: f64,
-        drives: &[Vec<f64>; 3],
-        inputs: &[f64],
-    ) -> [f64; 3] {
-        let mut sums = [0, 1, 2].map(|order| drives[order][0]);
-        let pairs = inputs[1..].as_chunks::<2>().0;
-        for (h, pair) in pairs[..self.all.len()].iter().enumerate() {
-            let [c, s] = self.later(h, node, rest, *pair);
-            for (sum, drive) in sums.iter_mut().zip(drives) {
-                *sum += c * drive[1 + 2 * h] + s * drive[2 + 2 * h];
-            }
+    /// Advances the inputs' values by a time as short as [`super::lanes::LITTLE`].
+    #[inline(always)]
+    pub fn turn_a_little(&self, time: f64, inputs: &mut [f64]) {
+        let pairs = inputs[1..].as_chunks_mut::<2>().0;
+        for (h, [angular, _]) in self.all.iter().enumerate() {
+            let x = angular * time;
+            pairs[h] = turned_over(pairs[h], [1.0 - 0.5 * x * x, x - x * x * x / 6.0]);
         }
-        sums
-    }
-
-    /// Cosine and sine of a frequency at a later time.
-    #[inline]
-    fn later(&self, h: usize, node: Option<&[[f64; 2]]>, rest: f64, pair: [f64; 2]) -> [f64; 2] {
-        let there = node.map_or(pair, |turns| turned_over(pair, turns[h]));
-        turned_by(there, self.all[h][0] * rest)
     }
 
     /// (cos, sin) of all frequencies over a time \[s\].
@@ -116,10 +104,10 @@ impl Frequencies {
 }
 
 /// Cosine and sine of an angle increased by x, below 1/2 \[rad\].
-#[inline]
+#[inline(always)]
 fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
     let square = -x * x;
-    let [mut cos, mut sin] = [2, 1].map(|before| FACTORS[2 * lanes::TERMS - before]);
+    let (mut cos, mut sin) = (FACTORS[2 * lanes::TERMS - 2], FACTORS[2 * lanes::TERMS - 1]);
     for k in (0..lanes::TERMS - 1).rev() {
         cos = FACTORS[2 * k] + square * cos;
         sin = FACTORS[2 * k + 1] + square * sin;
@@ -128,7 +116,7 @@ fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
 }
 
 /// Cosine and sine of an angle increased by another, which is given by its cosine and sine.
-#[inline]
+#[inline(always)]
 fn turned_over([c, s]: [f64; 2], [cos, sin]: [f64; 2]) -> [f64; 2] {
     [c * cos - s * sin, s * cos + c * sin]
 }
@@ -198,14 +186,15 @@ impl Drift {
                 self.input[1] + share * (c * x + d * y),
             ];
         }
-        sum.map(|x| time * x)
+        let [x, y] = sum;
+        [time * x, time * y]
     }
 
     /// Rates of the block's coordinates.
-    #[inline]
+    #[inline(always)]
     pub fn rates(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let (g, s) = (self.generator, self.input);
-        [0, 1].map(|i| g[i][0] * x + g[i][1] * y + s[i])
+        let ([[a, b], [c, d]], [p, q]) = (self.generator, self.input);
+        [a * x + b * y + p, c * x + d * y + q]
     }
 
     /// Displacement and rate after a short time under the input.

@@ -4,12 +4,13 @@ use super::ClosedModes;
 use super::block_check::{BEYOND, BlockCheck, Rates, check_block_body};
 use super::excitation::Drift;
 use super::grid::NODES;
-use super::lanes::{BlockPropagator, advance_to};
+use super::lanes::{BlockPropagator, advance_to_body};
 use super::search::{self, Interval, POINTS};
 use super::system::System;
 use super::workspace::{CyclePosition, WatchedContact, Workspace};
 use crate::propagate::Counters;
-use crate::propagate::vectors::Vector;
+use crate::propagate::vectors::{InstructionSet, Vector, for_each_set};
+use std::marker::PhantomData;
 
 /// The first event on a block.
 #[derive(Debug, Clone, Copy)]
@@ -58,11 +59,12 @@ impl ClosedModes<'_> {
             counters.certified += 1;
             return None;
         }
-        self.search(place, rates, left, (open, count), w, counters)
+        self.search::<V>(place, rates, left, (open, count), w, counters)
     }
 
     /// The first event in the open intervals between nodes.
-    fn search(
+    #[inline(always)]
+    fn search<V: Vector>(
         &self,
         place: &CyclePosition,
         rates: &Rates,
@@ -84,7 +86,7 @@ impl ClosedModes<'_> {
             for index in 0..w.watched.len() {
                 let watched = w.watched[index];
                 if watched.open >> n & 1 == 1
-                    && let Some(time) = self.exit(&watched, n, place, rates, w, counters)
+                    && let Some(time) = self.exit::<V>(&watched, n, place, rates, w, counters)
                     && time <= left
                     && first.is_none_or(|first| time < first.time)
                 {
@@ -103,7 +105,8 @@ impl ClosedModes<'_> {
     }
 
     /// The first exit of a contact on an interval between nodes.
-    fn exit(
+    #[inline(always)]
+    fn exit<V: Vector>(
         &self,
         watched: &WatchedContact,
         interval: usize,
@@ -114,24 +117,27 @@ impl ClosedModes<'_> {
     ) -> Option<f64> {
         let line_state = w.line_states[watched.line];
         let crossed = interval == 0 && place.crossed.holds(watched.contact);
-        let values: [f64; POINTS] = std::array::from_fn(|k| {
-            let before = k.checked_sub(1).map(|node| line_state.nodes.0[node]);
-            watched.value(before.unwrap_or(line_state.start))
-        });
-        let [start, end] = [values[interval], values[interval + 1]];
-        let start = if crossed { 0.0 } else { start };
+        let mut values = [watched.value(line_state.start); POINTS];
+        for node in 0..NODES {
+            values[node + 1] = watched.value(line_state.nodes.0[node]);
+        }
+        let end = values[interval + 1];
+        let near_root = if end < 0.0 { search::near_root::<V>(&values, interval) } else { None };
         let interval = Interval {
-            times: [interval, interval + 1].map(|n| n as f64 * self.step),
-            margins: [start, end],
-            guess: (end < 0.0)
-                .then(|| search::near_root(self.instructions, &values, interval) * self.step),
+            times: [
+                interval as f64 * self.step,
+                (interval + 1) as f64 * self.step,
+            ],
+            margins: [if crossed { 0.0 } else { values[interval] }, end],
+            guess: near_root.map(|root| root * self.step),
         };
-        let mut at = ContactMargin {
+        let margin = ContactMargin {
             kernel: self,
             system: self.system(w.set),
             w,
             watched,
         };
+        let mut at = Inlined(margin, PhantomData::<V>);
         if crossed {
             let rate = rates[watched.contact];
             search::exit_behind(&mut at, line_state.bounds, rate, interval, 0, counters)
@@ -152,7 +158,7 @@ pub(super) struct SplitTime<'s> {
 }
 
 impl<'s> SplitTime<'s> {
-    #[inline]
+    #[inline(always)]
     pub fn new(kernel: &ClosedModes<'_>, system: &'s System, time: f64) -> Self {
         let node = ((time * kernel.per_step + 0.5) as usize).min(NODES);
         Self {
@@ -163,63 +169,92 @@ impl<'s> SplitTime<'s> {
     }
 
     /// The map of a state to the node; `None` at the start of the block.
-    #[inline]
+    #[inline(always)]
     pub fn before(&self) -> Option<&'s [BlockPropagator]> {
-        (self.node.checked_sub(1)).map(|node| &self.system.moves[node][..])
+        if self.node == 0 { None } else { Some(self.system.moves_to(self.node)) }
     }
 
-    /// Contribution of the constant inputs to each drifting block.
-    #[inline]
-    pub fn pushed(&self) -> impl Iterator<Item = (&'s Drift, [f64; 2])> {
+    /// A drifting block and the contribution of the constant inputs to it.
+    #[inline(always)]
+    pub fn pushed(&self, index: usize) -> (&'s Drift, [f64; 2]) {
         let Self { system, node, rest } = *self;
-        (system.steady.drifts.iter().zip(&system.pushes)).map(move |(drift, pushes)| {
-            let before = node.checked_sub(1).map_or([0.0; 2], |node| pushes[node]);
-            (drift, drift.pushed(before, rest))
-        })
+        let (drift, pushes) = (&system.steady.drifts[index], &system.pushes[index]);
+        let before = if node == 0 { [0.0; 2] } else { pushes[node - 1] };
+        (drift, drift.pushed(before, rest))
     }
 
     /// The turns of the inputs up to the node; `None` at the start of the block.
-    #[inline]
+    #[inline(always)]
     pub fn turns<'k>(&self, kernel: &'k ClosedModes<'_>) -> Option<&'k [[f64; 2]]> {
-        (self.node.checked_sub(1)).map(|node| &kernel.turns[node][..])
+        if self.node == 0 { None } else { Some(&kernel.turns[self.node - 1]) }
     }
 }
 
 /// The margin of a contact at times within a block.
-struct ContactMargin<'a, 'm> {
+pub(super) struct ContactMargin<'a, 'm> {
     kernel: &'a ClosedModes<'m>,
     system: &'a System,
     w: &'a mut Workspace,
     watched: &'a WatchedContact,
 }
 
+/// A margin for code that was compiled for an instruction set.
+struct Inlined<'a, 'm, V>(ContactMargin<'a, 'm>, PhantomData<V>);
+
+impl<V: Vector> search::Margin for Inlined<'_, '_, V> {
+    #[inline(always)]
+    fn at(&mut self, time: f64) -> [f64; 3] {
+        margin_body::<V>(&mut self.0, time)
+    }
+
+    fn portable(&mut self) -> &mut dyn search::Margin {
+        &mut self.0
+    }
+}
+
 impl search::Margin for ContactMargin<'_, '_> {
     fn at(&mut self, time: f64) -> [f64; 3] {
-        let (kernel, system, watched) = (self.kernel, self.system, self.watched);
-        let w = &mut *self.w;
-        let view = &system.views[watched.line];
-        let parts = SplitTime::new(kernel, system, time);
-        let mut values = advance_to(
-            kernel.instructions,
-            &system.chunks,
-            parts.before(),
-            parts.rest,
-            &view.rows,
-            &w.states,
-            &mut w.spare,
-        );
-        w.spare_time = Some(time);
-        for (drift, [x, y]) in parts.pushed() {
-            for (value, row) in values.iter_mut().zip(&view.rows) {
-                *value += row[drift.lane] * x + row[w.length / 2 + drift.lane] * y;
-            }
-        }
-        let turns = parts.turns(kernel);
-        let driven = (kernel.frequencies).driven(turns, parts.rest, &view.drives, &w.inputs);
-        [
-            watched.value(values[0] + driven[0]),
-            watched.scale * (values[1] + driven[1]),
-            watched.scale * (values[2] + driven[2]),
-        ]
+        margin(self.kernel.instructions, self, time)
     }
+
+    fn portable(&mut self) -> &mut dyn search::Margin {
+        self
+    }
+}
+
+for_each_set! {
+    /// A margin with its rate and second derivative at a time.
+    fn margin(of: &mut ContactMargin<'_, '_>, time: f64) -> [f64; 3] = margin_body
+}
+
+#[inline(always)]
+fn margin_body<V: Vector>(of: &mut ContactMargin<'_, '_>, time: f64) -> [f64; 3] {
+    let (kernel, system, watched) = (of.kernel, of.system, of.watched);
+    let w = &mut *of.w;
+    let view = &system.views[watched.line];
+    let parts = SplitTime::new(kernel, system, time);
+    let mut values = advance_to_body::<V>(
+        &system.chunks,
+        parts.before(),
+        parts.rest,
+        &view.rows,
+        &w.states,
+        &mut w.spare,
+    );
+    w.spare_time = Some(time);
+    for index in 0..system.pushes.len() {
+        let (drift, [x, y]) = parts.pushed(index);
+        for order in 0..3 {
+            let row = &view.rows[order];
+            values[order] += row[drift.lane] * x + row[w.length / 2 + drift.lane] * y;
+        }
+    }
+    let (turns, frequencies) = (parts.turns(kernel), &kernel.frequencies);
+    frequencies.turn_to(turns, parts.rest, &w.inputs, &mut w.spare_inputs);
+    let driven = view.driven(&w.spare_inputs);
+    [
+        watched.value(values[0] + driven[0]),
+        watched.scale * (values[1] + driven[1]),
+        watched.scale * (values[2] + driven[2]),
+    ]
 }

@@ -44,8 +44,8 @@ pub const FACTORS: [f64; 2 * TERMS] = {
 /// Largest `(|μ| + √|s|) t` of short times, for which [`TERMS`] terms of these series are exact to round-off.
 pub const SHORT: f64 = 0.47;
 
-/// Largest `(|μ| + √|s|) t` for which two powers of G are exact to round-off.
-pub const LITTLE: f64 = 5e-6;
+/// Largest `(|μ| + √|s|) t` for which three powers of G are exact to round-off.
+pub const LITTLE: f64 = 1e-4;
 
 /// The modes that a map between padded states mixes; it does not change the others.
 #[derive(Debug)]
@@ -85,19 +85,6 @@ for_each_set! {
 for_each_set! {
     /// Adds `factor (Σ row[i] x[i])` times a direction to a state x.
     fn kick(row: &[f64], direction: &[f64], factor: f64, state: &mut [f64]) = kick_body
-}
-
-for_each_set! {
-    /// `out = e^{Gt} x` of all states for a short time, after `before` if given. Returns the products of three rows
-    /// with the new first state.
-    fn advance_to(
-        chunks: &[Chunk],
-        before: Option<&[BlockPropagator]>,
-        time: f64,
-        rows: &[Vec<f64>; 3],
-        states: &[f64],
-        out: &mut [f64],
-    ) -> [f64; 3] = advance_to_body
 }
 
 #[inline(always)]
@@ -268,10 +255,12 @@ fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
     let square = V::read(&chunk.square.0).times(time).times(time);
     let x_square = x.times(x);
     // Four short independent chains: cosh and sinh/x of μt, cos and sin/x of νt.
-    let [a, b] = [2, 1].map(|before| V::splat(FACTORS[2 * TERMS - before]));
+    let a = V::splat(FACTORS[2 * TERMS - 2]);
+    let b = V::splat(FACTORS[2 * TERMS - 1]);
     let (mut even, mut odd, mut grown_even, mut grown_odd) = (a, b, a, b);
     for k in (0..TERMS - 1).rev() {
-        let [a, b] = [2 * k, 2 * k + 1].map(|power| V::splat(FACTORS[power]));
+        let a = V::splat(FACTORS[2 * k]);
+        let b = V::splat(FACTORS[2 * k + 1]);
         even = even.multiply_add(square, a);
         odd = odd.multiply_add(square, b);
         grown_even = grown_even.multiply_add(x_square, a);
@@ -323,7 +312,8 @@ fn kick_body<V: Vector>(row: &[f64], direction: &[f64], factor: f64, state: &mut
     }
 }
 
-/// As [`advance_to`], for callers that have chosen the instruction set.
+/// `out = e^{Gt} x` of all states for a short time, after `before` if given. Returns the products of three rows with the
+/// new first state.
 #[inline(always)]
 pub fn advance_to_body<V: Vector>(
     chunks: &[Chunk],
@@ -339,8 +329,9 @@ pub fn advance_to_body<V: Vector>(
     for (index, chunk) in chunks.iter().enumerate() {
         let propagator = exponential(chunk, t);
         let at = index * LANES;
-        let pairs = (states.chunks_exact(2 * half)).zip(out.chunks_exact_mut(2 * half));
-        for (place, (state, out)) in pairs.enumerate() {
+        for place in 0..states.len() / (2 * half) {
+            let state = &states[place * 2 * half..][..2 * half];
+            let out = &mut out[place * 2 * half..][..2 * half];
             let mut x = pair::<V>(state, half, index);
             if let Some(before) = before {
                 x = applied(&read(&before[index]), x);
@@ -359,11 +350,13 @@ pub fn advance_to_body<V: Vector>(
     [sums[0].sum(), sums[1].sum(), sums[2].sum()]
 }
 
-/// `x = (I + G t + G² t² / 2) x` of all states, for a time so short that this is exact to round-off.
+/// `x = (I + G t + G² t² / 2 + G³ t³ / 6) x` of all states, for a time so short that this is exact to round-off.
 #[inline(always)]
 pub fn advance_little_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut [f64]) {
     let half = chunks.len() * LANES;
-    let (whole, share) = (V::splat(time), V::splat(0.5 * time));
+    let whole = V::splat(time);
+    let half_time = V::splat(0.5 * time);
+    let third = V::splat(time / 3.0);
     for (index, chunk) in chunks.iter().enumerate() {
         let mut generator = read::<V>(&chunk.traceless);
         let growth = V::read(&chunk.growth.0);
@@ -374,7 +367,9 @@ pub fn advance_little_body<V: Vector>(chunks: &[Chunk], time: f64, states: &mut 
             let [x, y] = pair::<V>(state, half, index);
             let [a, b] = applied(&generator, [x, y]);
             let [c, d] = applied(&generator, [a, b]);
-            let (a, b) = (c.multiply_add(share, a), d.multiply_add(share, b));
+            let [e, f] = applied(&generator, [c, d]);
+            let (c, d) = (e.multiply_add(third, c), f.multiply_add(third, d));
+            let (a, b) = (c.multiply_add(half_time, a), d.multiply_add(half_time, b));
             a.multiply_add(whole, x).write(&mut state[at..]);
             b.multiply_add(whole, y).write(&mut state[half + at..]);
         }

@@ -40,11 +40,18 @@ impl<S> Slots<S> {
     }
 
     /// The data of a set, if it has occurred.
-    #[inline]
+    #[inline(always)]
     pub fn get(&self, set: usize) -> Option<&S> {
         if self.direct_cells {
-            return self.cells[set].get().map(|(_, kept)| &**kept);
+            return match self.cells[set].get() {
+                Some((_, kept)) => Some(kept),
+                None => None,
+            };
         }
+        self.search(set)
+    }
+
+    fn search(&self, set: usize) -> Option<&S> {
         for cell in self.cells(set) {
             let (number, kept) = cell.get()?;
             if *number == set {

@@ -17,8 +17,8 @@ pub struct System {
     pub chunks: Vec<Chunk>,
     /// Matrices of the blocks: the amplitude of a block is the length of the product with its coordinates.
     pub balances: Vec<BlockPropagator>,
-    /// `e^{Gt}` at each node.
-    pub moves: Vec<Vec<BlockPropagator>>,
+    /// `e^{Gt}` of all blocks at the first node, then at the next ones.
+    moves: Vec<BlockPropagator>,
     /// Steady responses to the inputs, and the blocks without a steady response to a constant input.
     pub steady: Steady,
     /// Displacement of each drift from the start of a block to each node.
@@ -66,12 +66,13 @@ const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 impl LineView {
     /// Contributions of the inputs to the deflection and its first two derivatives.
-    #[inline]
+    #[inline(always)]
     pub fn driven(&self, inputs: &[f64]) -> [f64; 3] {
         let mut sums = [0.0; 3];
-        for (sum, drive) in sums.iter_mut().zip(&self.drives) {
-            for (input, drive) in inputs.iter().zip(drive) {
-                *sum += input * drive;
+        for order in 0..3 {
+            let drive = &self.drives[order][..];
+            for (h, share) in drive.iter().enumerate() {
+                sums[order] += inputs[h] * share;
             }
         }
         sums
@@ -175,7 +176,7 @@ impl System {
         let steady = Steady::new(model, basis, closed, frequencies);
         let mut chunks = vec![Chunk::ZERO; padded / LANES];
         let mut balances = vec![[Lanes::ZERO; 4]; padded / LANES];
-        let mut moves = vec![vec![[Lanes::ZERO; 4]; padded / LANES]; NODES];
+        let mut moves = vec![[Lanes::ZERO; 4]; padded / LANES * NODES];
         for (i, block) in blocks.iter().enumerate() {
             let (chunk, lane) = (&mut chunks[i / LANES], i % LANES);
             let m = block.traceless();
@@ -188,9 +189,12 @@ impl System {
             for (target, value) in chunk.traceless.iter_mut().zip(m.as_flattened()) {
                 target.0[lane] = *value;
             }
-            for (node, moves) in moves.iter_mut().enumerate() {
+            for node in 0..NODES {
                 let e = exponential(block, (node + 1) as f64 * step);
-                for (target, value) in moves[i / LANES].iter_mut().zip(e.as_flattened()) {
+                for (target, value) in moves[node * (padded / LANES) + i / LANES]
+                    .iter_mut()
+                    .zip(e.as_flattened())
+                {
                     target.0[lane] = *value;
                 }
             }
@@ -239,6 +243,12 @@ impl System {
             system.views.push(view);
         }
         system
+    }
+
+    /// `e^{Gt}` of all blocks at a node, the first of which has the number 1.
+    #[inline(always)]
+    pub fn moves_to(&self, node: usize) -> &[BlockPropagator] {
+        &self.moves[(node - 1) * self.chunks.len()..][..self.chunks.len()]
     }
 
     /// The view of a line.
@@ -298,7 +308,7 @@ impl System {
             let w = pair(&view.rows[0], i);
             for part in 0..2 {
                 view.nodes.push(Lanes(std::array::from_fn(|node| {
-                    let e = &self.moves[node][i / LANES];
+                    let e = &self.moves_to(node + 1)[i / LANES];
                     w[0] * e[part].0[i % LANES] + w[1] * e[2 + part].0[i % LANES]
                 })));
             }

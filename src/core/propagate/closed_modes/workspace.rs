@@ -17,7 +17,7 @@ pub struct Workspace {
     /// Memory of the same size: all states at the time `spare_time`, if there is one.
     pub spare: Aligned,
     /// Time from the start of the present block to which a search has moved the states in `spare` \[s\], without the
-    /// contributions of constant inputs.
+    /// contributions of constant inputs, and the inputs in `spare_inputs`.
     pub spare_time: Option<f64>,
     /// Memory for amplitudes of the trajectory's blocks.
     pub amplitudes: Aligned,
@@ -27,6 +27,8 @@ pub struct Workspace {
     pub set: usize,
     /// Values of the inputs now, and a zero that makes their number even.
     pub inputs: Vec<f64>,
+    /// Memory for such values.
+    pub spare_inputs: Vec<f64>,
     /// Length of a padded state.
     pub length: usize,
     /// Deflections and bounds of each line on the present block.
@@ -97,7 +99,8 @@ impl Workspace {
     pub fn new(kernel: &ClosedModes<'_>) -> Self {
         let model = kernel.model;
         let padded = padded(model.modes());
-        let inputs = vec![0.0; kernel.frequencies.inputs() + 1];
+        let mut inputs = vec![0.0; kernel.frequencies.inputs() + 1];
+        inputs[0] = 1.0;
         Self {
             states: Aligned::zeros(2 * padded),
             spare: Aligned::zeros(2 * padded),
@@ -107,6 +110,7 @@ impl Workspace {
             set: 0,
             length: 2 * padded,
             weights: vec![0.0; 2 * padded + inputs.len()],
+            spare_inputs: inputs.clone(),
             inputs,
             line_states: vec![
                 LineState {

@@ -61,14 +61,14 @@ impl PartialEq for Aligned {
 impl Deref for Aligned {
     type Target = [f64];
 
-    #[inline]
+    #[inline(always)]
     fn deref(&self) -> &[f64] {
         &self.room[self.first..][..self.length]
     }
 }
 
 impl DerefMut for Aligned {
-    #[inline]
+    #[inline(always)]
     fn deref_mut(&mut self) -> &mut [f64] {
         &mut self.room[self.first..][..self.length]
     }

@@ -1,8 +1,9 @@
 //! Which vector instructions does this process use, and how is a loop written once for all of them?
 //!
 //! Every loop is written over arrays of lanes. With the target features enabled, the compiler turns it into the
-//! machine's vectors. Closures would not inherit the features, so there are none. Results differ between instruction
-//! sets within rounding (fused or separate multiply-add), never between runs on one.
+//! machine's vectors. Closures would not inherit the features, so there are none, and no `map` of an array: the compiler
+//! may call both instead of inlining them. Results differ between instruction sets within rounding (fused or separate
+//! multiply-add), never between runs on one.
 
 mod aligned;
 mod shapes;

@@ -291,10 +291,15 @@ pub(super) fn cut_body<V: Vector>(
             sum = add_applied(constant, m, pair(&block.static_input), sum);
         }
         let x = load::<V>(trajectory, padded, chunk);
-        let from_rest = [0, 1].map(|i| rest[i].multiply_add(V::splat(-1.0), x[i]));
+        let less = V::splat(-1.0);
+        let from_rest = [
+            rest[0].multiply_add(less, x[0]),
+            rest[1].multiply_add(less, x[1]),
+        ];
         sum = add_applied(propagator, m, from_rest, sum);
         store(trajectory, padded, chunk, sum);
-        *end = propagator.map(V::lanes);
+        let [a, b] = propagator;
+        *end = [a.lanes(), b.lanes()];
     }
     in_batches!(V, tangents.len() / (2 * padded), |first| cut_batch(
         blocks,
