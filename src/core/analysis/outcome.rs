@@ -4,7 +4,7 @@ use super::evidence::{ChaosOutcome, EvidenceOutcome};
 use super::interrupt::Interrupted;
 use super::poincare_sample::PoincareSample;
 use super::power_outcome::PowerOutcome;
-use crate::model::Flanks;
+use crate::model::FlankState;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
 use strum::IntoStaticStr;
@@ -253,7 +253,7 @@ pub struct NvhOutcome {
     pub mesh_force_rms: Vec<f64>,
     /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
     /// flanks.
-    pub fractions: [f64; Flanks::COUNT],
+    pub fractions: [f64; FlankState::COUNT],
     /// Standard errors; `None` for periodic motions and short records.
     pub stderr: Option<NvhErrors>,
 }
@@ -308,7 +308,7 @@ pub struct NvhErrors {
     pub angular_acceleration_rms: Vec<f64>,
     pub mesh_deflection_rms: Vec<f64>,
     pub mesh_force_rms: Vec<f64>,
-    pub fractions: [f64; Flanks::COUNT],
+    pub fractions: [f64; FlankState::COUNT],
 }
 
 /// One line of an amplitude spectrum.

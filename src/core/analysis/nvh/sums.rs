@@ -7,7 +7,7 @@
 use super::block_sums::Summable;
 use super::losses::Losses;
 use crate::analysis::outcome::{NvhErrors, NvhOutcome};
-use crate::model::{COAST_FLANK, DRIVE_FLANK, Flanks};
+use crate::model::{COAST_FLANK, DRIVE_FLANK, FlankState};
 use crate::numerics::statistics::standard_error;
 use num_complex::Complex64;
 
@@ -21,7 +21,7 @@ pub(super) struct Sums {
     /// ∫ (F − centre)^j dt, j = 1, 2.
     pub force: [f64; 2],
     /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
-    pub times: [f64; Flanks::COUNT],
+    pub times: [f64; FlankState::COUNT],
     /// Sum of δ'² at entries into contact on both flanks \[m²/s²\].
     pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
