@@ -35,7 +35,8 @@ impl Row for PointRow {
             found.exponents.len() + found.errors.len() + course
         });
         let covariant = self.covariant.as_ref().map_or(0, list_length);
-        let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
+        let nvh = self.outcome.nvh.as_ref().map_or(0, |nvh| {
+            let found = &nvh.values;
             // Each of these lists has a list of standard errors.
             let lists = [
                 &found.harmonics,
