@@ -16,7 +16,7 @@ use gearatlas::numerics::random::PointSeed;
 fn lies_on_a_surface(row: &PointOutcome, half_gap: f64) -> bool {
     row.nvh.as_ref().is_some_and(|nvh| {
         nvh.deflection_pp <= 1e-9 * half_gap
-            && (nvh.deflection_mean.abs() - half_gap).abs() <= 1e-9 * half_gap
+            && (nvh.values.deflection_mean.abs() - half_gap).abs() <= 1e-9 * half_gap
     })
 }
 
@@ -57,33 +57,36 @@ pub fn broken(row: &PointOutcome, half_gap: f64) -> Vec<(&'static str, String)> 
     let Some(nvh) = &row.nvh else {
         return broken;
     };
+    let values = &nvh.values;
     let lambda = row.lyapunov.as_ref();
     let numbers = [
-        nvh.deflection_mean,
-        nvh.deflection_rms,
+        values.deflection_mean,
+        values.deflection_rms,
         nvh.deflection_pp,
-        nvh.force_mean,
-        nvh.force_std,
+        values.force_mean,
+        values.force_std,
         nvh.force_peak,
-        nvh.impact_rate,
-        nvh.impact_velocity,
+        values.impact_rate,
+        values.impact_velocity,
         row.energy_residual.unwrap_or(0.0),
         row.events_per_cycle.unwrap_or(0.0),
     ];
-    let all = (numbers.iter().chain(&nvh.fractions).chain(&nvh.harmonics))
+    let all = (numbers.iter())
+        .chain(&values.fractions)
+        .chain(&values.harmonics)
         .chain(lambda.iter().flat_map(|l| &l.exponents))
         .chain(lambda.iter().flat_map(|l| &l.errors));
     if let Some(bad) = all.into_iter().find(|x| !x.is_finite()) {
         broken.push(("finite", format!("{bad} in {row:?}")));
     }
-    let shares = nvh.fractions;
+    let shares = values.fractions;
     let sum: f64 = shares.iter().sum();
     let inside = shares.iter().all(|s| (-1e-9..=1.0 + 1e-9).contains(s));
     if (sum - 1.0).abs() > 1e-9 || !inside {
         broken.push(("shares", format!("{shares:?}")));
     }
     // Motion at rest exchanges no energy.
-    let acts = nvh.force_peak > 0.0 && nvh.deflection_rms > 1e-3 * half_gap;
+    let acts = nvh.force_peak > 0.0 && values.deflection_rms > 1e-3 * half_gap;
     if let Some(residual) = row.energy_residual.filter(|r| acts && *r > 1e-9) {
         let how = format!("{residual:e}, {:?}, {shares:?}", row.class);
         broken.push(("energy", how));
@@ -112,7 +115,11 @@ pub fn differs(row: &PointOutcome, again: &PointOutcome, half_gap: f64) -> Optio
             row.class, row.reason, again.class, again.reason
         ));
     }
-    let rms = [row, again].map(|row| row.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms));
+    let rms = [row, again].map(|row| {
+        row.nvh
+            .as_ref()
+            .map_or(0.0, |nvh| nvh.values.deflection_rms)
+    });
     let off = (rms[0] - rms[1]).abs() > 1e-6 * (rms[0] + half_gap);
     off.then(|| format!("RMS deflections {rms:?} m"))
 }

@@ -8,7 +8,7 @@
 import sys
 from statistics import median
 
-from records import link, load, table, write_blocks
+from records import link, load, percent, table, write_blocks
 
 
 def fmu() -> list[str]:
@@ -60,7 +60,6 @@ def tolerances() -> list[str]:
     """docs/tolerances.md: cost of samples, and rattle beside a count of independent drives."""
     record = load("flagship", "record.json")
     seconds = [(words, f"{time:.0f} s") for words, time in record["seconds"].items() if "tolerances.toml" in words]
-    percent = lambda row, kind: "{share:.2f} ({low:.2f} to {high:.2f})".format(**{name: 100 * row[kind][name] for name in ("share", "low", "high")})  # noqa: E731
     kinds = {"few": "samples", "many": "samples", "counted": "drives of independent random numbers"}
     first = record["rattle"][0]
     return [
@@ -71,7 +70,7 @@ def tolerances() -> list[str]:
         "",
         *table(
             ["speed", *(f"{first[kind]['drives']} {words}" for kind, words in kinds.items())],
-            [(f"{row['rpm']} rpm", *(percent(row, kind) for kind in kinds)) for row in record["rattle"]],
+            [(f"{row['rpm']} rpm", *(percent(row[kind]) for kind in kinds)) for row in record["rattle"]],
         )[:-1],
     ]
 

@@ -16,7 +16,7 @@ import tempfile
 import numpy as np
 import polars as pl
 from record_before_after import SPEEDS
-from records import ATLAS, ROOT, keep, processor_time, table, this_run
+from records import ATLAS, ROOT, keep, percent, processor_time, table, this_run
 from scipy.stats import binomtest
 
 SAMPLES = 10_000
@@ -55,10 +55,6 @@ def probability(points: pl.DataFrame) -> dict:
     count = int((points["fraction_free"] > 0).sum())
     low, high = binomtest(count, len(points)).proportion_ci(method="exact")
     return {"share": count / len(points), "low": low, "high": high, "drives": len(points)}
-
-
-def percent(found: dict) -> str:
-    return f"{100 * found['share']:.2f} ({100 * found['low']:.2f} to {100 * found['high']:.2f})"
 
 
 def without_film(work: pathlib.Path) -> pathlib.Path:

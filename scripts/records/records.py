@@ -58,6 +58,11 @@ def processor_time(command: Iterable[object], **options) -> float:
     return spent() - before
 
 
+def percent(found: dict) -> str:
+    """A share with its interval, in %."""
+    return f"{100 * found['share']:.2f} ({100 * found['low']:.2f} to {100 * found['high']:.2f})"
+
+
 def table(head: Iterable[str], rows: Iterable[Iterable[object]]) -> list[str]:
     """A Markdown table, with the empty line that ends it."""
     head = list(head)

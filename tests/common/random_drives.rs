@@ -100,9 +100,9 @@ impl Trial<'_> {
         let pushed = self.model.first_gains()[free].mesh_input[1];
         let expected = self.model.blocks[free].static_input[1] / pushed;
         let nvh = row.nvh.as_ref().unwrap();
-        let off = (nvh.force_mean - expected).abs();
+        let off = (nvh.values.force_mean - expected).abs();
         if off > 1e-8 * nvh.force_peak.max(expected.abs()) + 1e-9 {
-            let how = format!("mean force {} N of {expected} N", nvh.force_mean);
+            let how = format!("mean force {} N of {expected} N", nvh.values.force_mean);
             self.fault(name, "balance", how);
         }
     }

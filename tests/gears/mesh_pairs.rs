@@ -114,7 +114,7 @@ fn pairs_and_tangent_agree_where_the_load_hardly_swings() {
         let start = advance(&kernel, &model.start(&InitialState::Static), 300);
         let mut nvh = Nvh::new(&model, 0);
         advance_with(&kernel, &start, 50, &mut nvh);
-        nvh.outcome().unwrap().deflection_rms
+        nvh.outcome().unwrap().values.deflection_rms
     };
     let [tangent, pairs] = ["mean_load", "pairs"].map(|law| {
         rms(&format!(

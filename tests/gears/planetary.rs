@@ -527,7 +527,7 @@ fn torques_balance() {
     let start = advance(&kernel, &model.start(&InitialState::Static), 3000);
     let mut nvh = Nvh::new(&model, 0);
     advance_with(&kernel, &start, 300, &mut nvh);
-    let forces = nvh.outcome().unwrap().contact_force;
+    let forces = nvh.outcome().unwrap().values.contact_force;
     let mesh = |mesh: usize| forces[2 * mesh] - forces[2 * mesh + 1];
     let [sun, _, ring] = set.base_radii();
     let of_sun: f64 = (0..3).map(mesh).sum();

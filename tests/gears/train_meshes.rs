@@ -199,7 +199,7 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
         let outputs = Watched(Outputs::new(model, asked).unwrap());
         let mut watched = (Nvh::new(model, 0), outputs);
         let (end, _) = advance_with(&kernel, &start, fifths * cycles, &mut watched);
-        told.push(watched.0.outcome().unwrap());
+        told.push(watched.0.outcome().unwrap().values);
         let of_meshes = [Quantity::MeshDeflection, Quantity::MeshForce];
         let rms = of_meshes.map(|quantity| {
             let [values, _] = watched.1.0.statistics(quantity);

@@ -91,7 +91,7 @@ fn every_mesh_of_a_train_tells_its_force() {
     let mut nvh = Nvh::new(&model, 0);
     advance_with(&kernel, &start, 4000, &mut nvh);
     let found = nvh.outcome().unwrap();
-    assert_eq!(found.contact_force.len(), model.contacts.len());
+    assert_eq!(found.values.contact_force.len(), model.contacts.len());
     let torque = point.load * 40.0;
     let base_radius = |teeth: f64, module: f64| 0.5 * teeth * module * 20f64.to_radians().cos();
     let asked = [
@@ -99,13 +99,13 @@ fn every_mesh_of_a_train_tells_its_force() {
         torque * 50.0 / 20.0 / base_radius(18.0, 3e-3),
     ];
     for (mesh, asked) in asked.iter().enumerate() {
-        let [drive, coast] = [0, 1].map(|flank| found.contact_force[2 * mesh + flank]);
+        let [drive, coast] = [0, 1].map(|flank| found.values.contact_force[2 * mesh + flank]);
         println!("mesh {mesh}: {drive} N less {coast} N, {asked} N");
         assert!(drive >= 0.0 && coast >= 0.0);
         assert!(((drive - coast) / asked - 1.0).abs() < 0.01);
     }
-    let net = found.contact_force[0] - found.contact_force[1];
-    assert!((net / found.force_mean - 1.0).abs() < 1e-9);
+    let net = found.values.contact_force[0] - found.values.contact_force[1];
+    assert!((net / found.values.force_mean - 1.0).abs() < 1e-9);
 }
 
 /// The neutral rotation of a train under drag is arbitrary, and nothing else depends on it.
@@ -233,7 +233,7 @@ fn every_mesh_tells_its_losses() {
         let start = advance(&kernel, &model.start(&InitialState::Static), 2000);
         let mut nvh = Nvh::new(&model, 0);
         advance_with(&kernel, &start, 500, &mut nvh);
-        nvh.outcome().unwrap()
+        nvh.outcome().unwrap().values
     };
     // The motor drives the gear in the middle, and both others drive machines.
     let between = |first, further| {

@@ -398,6 +398,18 @@ fn what_has_an_effect_somewhere_is_not_idle() {
     assert!(first_model(&offset("30 mm")) != first_model(&offset("60 mm")));
     assert!(keys(&offset("30 mm")).is_empty());
 
+    // The compliance of a cracked tooth depends on material and width, but not on the form of the flanks.
+    let crack = "[mesh]\ntooth_fault = [{ gear = \"pinion\", tooth = 3, crack = \"1 mm\" }]";
+    let cracked = |modulus: &str, crowning: &str| {
+        let teeth =
+            format!("rated_torque = \"50 N*m\"\nyoung_modulus = \"{modulus}\"\n{crowning}\n#");
+        quickstart(&[("[mesh]", crack), ("rated_torque = \"50 N*m\"", &teeth)])
+    };
+    let [crowned, plain] = ["lead_crowning = \"5 um\"", ""].map(|line| cracked("206 GPa", line));
+    assert_eq!(keys(&crowned), ["gear.lead_crowning"]);
+    assert!(first_model(&crowned) == first_model(&plain));
+    assert!(first_model(&cracked("100 GPa", "")) != first_model(&plain));
+
     // A modal file has no rated torque that could be left out.
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("case.modal.toml"), MODAL_FILE).unwrap();

@@ -10,9 +10,9 @@ use std::path::{Path, PathBuf};
 use gearatlas::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChaosOutcome, Character, Class,
     CourseOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, Kick, LyapunovMethod,
-    LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, OrbitOutcome, OrbitSurvey,
-    OrderLine, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum,
-    SpectrumLine, SpectrumMethod, Status,
+    LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, NvhStatistics, OrbitOutcome,
+    OrbitSurvey, OrderLine, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders,
+    Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use gearatlas::model::Quantity;
 use gearatlas::report::{Style, Summary, render};
@@ -58,10 +58,13 @@ fn row(point_id: u64) -> PointRow {
             }),
             nvh: Some(NvhOutcome {
                 cycles: 800,
-                deflection_rms: 1e-6 * number,
-                harmonics: vec![1e-6, 2e-6, 3e-6],
-                bearing_rms: vec![number, 1.0],
-                fractions: [0.5, 0.3, 0.2, 0.0],
+                values: NvhStatistics {
+                    deflection_rms: 1e-6 * number,
+                    harmonics: vec![1e-6, 2e-6, 3e-6],
+                    bearing_rms: vec![number, 1.0],
+                    fractions: [0.5, 0.3, 0.2, 0.0],
+                    ..NvhStatistics::default()
+                },
                 ..NvhOutcome::default()
             }),
             spectra: vec![Spectrum {

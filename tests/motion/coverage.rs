@@ -82,10 +82,10 @@ fn known(outcome: &PointOutcome) -> [Known; STATISTICS.len()] {
         [outcome.measured_cycles, nvh.cycles].map(|cycles| interval_factor(cycles as usize / 10));
     [
         (lyapunov.exponents[0], lyapunov.stderr(), growth),
-        (nvh.deflection_rms, error.deflection_rms, motion),
-        (nvh.force_std, error.force_std, motion),
-        (nvh.impact_velocity, error.impact_velocity, motion),
-        (nvh.harmonics[0], error.harmonics[0], motion),
+        (nvh.values.deflection_rms, error.deflection_rms, motion),
+        (nvh.values.force_std, error.force_std, motion),
+        (nvh.values.impact_velocity, error.impact_velocity, motion),
+        (nvh.values.harmonics[0], error.harmonics[0], motion),
     ]
 }
 

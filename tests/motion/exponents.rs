@@ -293,7 +293,7 @@ fn sum_of_all_exponents_is_the_mean_trace() {
                 rate[0] * g[0] + rate[1] * g[1]
             })
             .sum();
-        let [drive, _, coast, _] = nvh.outcome().unwrap().fractions;
+        let [drive, _, coast, _] = nvh.outcome().unwrap().values.fractions;
         let damping = model.first_cycle().segments[0].damping;
         let exact = model.period() * (flow - damping * contact * (drive + coast));
         println!(

@@ -74,7 +74,7 @@ fn chaotic() -> Model {
 
 fn impact_power_error(outcome: &PointOutcome) -> f64 {
     let nvh = outcome.nvh.as_ref().unwrap();
-    nvh.stderr.as_ref().unwrap().impact_power / nvh.impact_power
+    nvh.stderr.as_ref().unwrap().impact_power / nvh.values.impact_power
 }
 
 /// All NVH statistics are as in a run with exactly these cycles; all other results are as if nothing had ended.
@@ -108,6 +108,7 @@ fn statistics_end_by_themselves_and_nothing_else_does() {
     // The more accurate values of the long run are within some of the error bars.
     let [own, better] = [&found, &long].map(|outcome| outcome.nvh.as_ref().unwrap());
     let bars = own.stderr.as_ref().unwrap();
+    let [own, better] = [own, better].map(|outcome| &outcome.values);
     for (value, wanted, bar) in [
         (
             own.deflection_rms,

@@ -153,9 +153,9 @@ fn one_mode_in_steady_contact_has_its_closed_form() {
         assert_eq!(found.class.unwrap().name(), "steady_contact");
         let nvh = found.nvh.unwrap();
         assert!(nvh.stderr.is_none());
-        let (found, miss) = terms(&nvh.power.unwrap());
+        let (found, miss) = terms(&nvh.values.power.unwrap());
         let (exact, _) = terms(&exact);
-        let scale = throughput(&nvh.power.unwrap());
+        let scale = throughput(&nvh.values.power.unwrap());
         println!(
             "friction {friction}: {found:?}\n{exact:?}, misses {:.1e}",
             miss / scale
@@ -469,7 +469,7 @@ fn a_motion_that_repeats_stores_nothing() {
     let asked = questions(true, 2000);
     let found = investigate(&model, &volterra(&model), start, &asked, &never).unwrap();
     assert!(found.class.unwrap().period().is_some(), "{}", found.reason);
-    let power = found.nvh.unwrap().power.unwrap();
+    let power = found.nvh.unwrap().values.power.unwrap();
     let (all, miss) = terms(&power);
     let scale = throughput(&power);
     println!("{} {all:?}, misses {:.1e}", found.reason, miss / scale);
@@ -494,7 +494,7 @@ fn chaos_has_error_bars() {
     };
     let mut with = ask(true);
     let (power, errors) = (
-        with.power.take().unwrap(),
+        with.values.power.take().unwrap(),
         with.stderr.as_mut().unwrap().power.take(),
     );
     let (errors, _) = terms(&errors.unwrap());
@@ -506,7 +506,7 @@ fn chaos_has_error_bars() {
         assert!(error > 0.0 && error < 0.2 * scale, "{errors:?}");
     }
     let without = ask(false);
-    assert!(without.power.is_none());
+    assert!(without.values.power.is_none());
     assert_eq!(with, without);
 }
 

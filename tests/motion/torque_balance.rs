@@ -126,9 +126,9 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
     let [force, friction, modulus] =
         [rubbed.force, rubbed.friction, rubbed.modulus].map(|impulse| impulse / rubbed.time);
     assert!(
-        (force - nvh.force_mean).abs() <= 1e-9 * modulus,
+        (force - nvh.values.force_mean).abs() <= 1e-9 * modulus,
         "{force} {} of {modulus}",
-        nvh.force_mean
+        nvh.values.force_mean
     );
     // If the first gear drives further meshes, all paths together carry its torque.
     let shared: Vec<usize> = match &point.model.source {
@@ -140,11 +140,11 @@ fn balance(point: &PointSpec, [lead, cycles]: [u64; 2]) -> Balance {
         _ => Vec::new(),
     };
     let others = shared.iter().map(|mesh| {
-        let flanks = &nvh.contact_force[2 * mesh..];
+        let flanks = &nvh.values.contact_force[2 * mesh..];
         flanks[0] - flanks[1]
     });
     Balance {
-        mesh: nvh.force_mean + others.sum::<f64>(),
+        mesh: nvh.values.force_mean + others.sum::<f64>(),
         applied: if two_shafts || !shared.is_empty() {
             asked_for(point)
         } else {
@@ -197,7 +197,7 @@ fn every_shipped_mesh_bears_its_load() {
                 point.load,
                 point.speed,
                 met.applied,
-                met.nvh.force_mean,
+                met.nvh.values.force_mean,
                 met.friction,
                 met.modulus,
             );
@@ -223,7 +223,7 @@ fn the_default_drive_bears_its_load_through_rattle() {
         let error = met.nvh.stderr.as_ref().unwrap().force_mean;
         println!(
             "{speed} rad/s: mesh {:.2} ± {error:.2} N, friction {:.2} N, mean |F| {:.1} N, of one direction {:.1} N",
-            met.nvh.force_mean,
+            met.nvh.values.force_mean,
             met.friction,
             met.modulus,
             most * met.modulus,

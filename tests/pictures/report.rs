@@ -17,7 +17,7 @@ use base64::engine::general_purpose::STANDARD;
 use flate2::read::ZlibDecoder;
 use gearatlas::analysis::{
     ChaosOutcome, Class, EvidenceOutcome, LyapunovMethod, LyapunovOutcome, NvhOutcome,
-    PoincareSample, PointOutcome, SampleKind, Status,
+    NvhStatistics, PoincareSample, PointOutcome, SampleKind, Status,
 };
 use gearatlas::report::{PageRequest, results_page};
 use gearatlas::store::{
@@ -684,15 +684,18 @@ fn large_row(point_id: u64, columns: u64) -> PointRow {
             }),
             nvh: Some(NvhOutcome {
                 cycles: 800,
-                deflection_mean: known(2e-5),
-                deflection_rms: known(1e-5),
                 deflection_pp: known(4e-5),
-                force_mean: known(1e3),
-                force_std: known(5e2),
                 force_peak: known(4e3),
-                impact_rate: known(300.0),
-                impact_velocity: known(1e-2),
-                harmonics: [1e-6, 2e-6, 3e-6].map(known).to_vec(),
+                values: NvhStatistics {
+                    deflection_mean: known(2e-5),
+                    deflection_rms: known(1e-5),
+                    force_mean: known(1e3),
+                    force_std: known(5e2),
+                    impact_rate: known(300.0),
+                    impact_velocity: known(1e-2),
+                    harmonics: [1e-6, 2e-6, 3e-6].map(known).to_vec(),
+                    ..NvhStatistics::default()
+                },
                 ..NvhOutcome::default()
             }),
             poincare: (0..20).map(sample).collect(),

@@ -256,7 +256,7 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         let same_way = direction.is_none() || direction == point.direction;
         same_way
             && fixed
-                .filter(|((axis, _), _)| !is_free(axis))
+                .filter(|((axis, _), _)| !allows_values_outside_grid(axis))
                 .all(|((_, on_grid), value)| on_grid == value)
     });
     match spec {
@@ -367,14 +367,14 @@ fn read_direction(job: &Job, text: &str) -> Result<Direction, PointError> {
 }
 
 /// Whether an axis may have values outside the grid.
-fn is_free(axis: &Axis) -> bool {
+fn allows_values_outside_grid(axis: &Axis) -> bool {
     !axis.key.is_model_key()
 }
 
 /// A value of an axis as typed, in SI.
 fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
     let value = quantity(axis, text)?;
-    if is_free(axis) {
+    if allows_values_outside_grid(axis) {
         return if value > 0.0 || axis.key != AxisKey::Speed {
             Ok(value)
         } else {
@@ -444,7 +444,7 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>], units: &Units) -> String {
 
 /// `load (0.1 ... 0.3)` if any value is possible, else all values.
 fn ranged(axis: &Axis, units: &Units) -> String {
-    let values = if is_free(axis) && axis.values.len() > 1 {
+    let values = if allows_values_outside_grid(axis) && axis.values.len() > 1 {
         let (low, high) = axis.values.ends();
         let unit = shown(axis, units);
         let low = number(low * unit.factor);

@@ -85,7 +85,7 @@ pub fn run(args: &TableArgs) -> Status {
     flag::register(SIGXFSZ, Arc::default()).or_explain(NO_ACCESS)?;
     let mut tables = Vec::new();
     for drawing in &drawings {
-        let fetched = fetch(args, drawing).or_fail(BAD_INPUT)?;
+        let fetched = load_or_compute(args, drawing).or_fail(BAD_INPUT)?;
         for warning in &fetched.warnings {
             warn(&warning.to_string());
         }
@@ -154,7 +154,8 @@ fn report(args: &TableArgs, files: &[(PathBuf, Origin)]) -> String {
     }
 }
 
-fn fetch(args: &TableArgs, drawing: &Drawing) -> Result<Fetched<MeshTable>, String> {
+/// The table for these arguments, with the file that keeps it.
+fn load_or_compute(args: &TableArgs, drawing: &Drawing) -> Result<Fetched<MeshTable>, String> {
     let gears = &drawing.gears;
     let mut inputs = MeshTableInputs {
         contact: drawing.contact,

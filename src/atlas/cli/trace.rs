@@ -176,7 +176,7 @@ fn summary(
         );
     }
     if let Some(nvh) = &outcome.nvh {
-        let [drive, free, coast, both] = nvh.fractions.map(|f| 100.0 * f);
+        let [drive, free, coast, both] = nvh.values.fractions.map(|f| 100.0 * f);
         lines.push((
             "contact",
             format!(
@@ -187,7 +187,7 @@ fn summary(
             "force",
             format!(
                 "largest {:.4} N, mean {:.4} N",
-                nvh.force_peak, nvh.force_mean
+                nvh.force_peak, nvh.values.force_mean
             ),
         ));
     }
@@ -221,12 +221,12 @@ fn summary_json(
         "samples": outcome.samples,
         "events": outcome.events,
         "events_per_cycle": events_per_cycle(outcome),
-        "fraction_drive": nvh.map(|n| n.fractions[0]),
-        "fraction_free": nvh.map(|n| n.fractions[1]),
-        "fraction_coast": nvh.map(|n| n.fractions[2]),
-        "fraction_both": nvh.map(|n| n.fractions[3]),
+        "fraction_drive": nvh.map(|n| n.values.fractions[0]),
+        "fraction_free": nvh.map(|n| n.values.fractions[1]),
+        "fraction_coast": nvh.map(|n| n.values.fractions[2]),
+        "fraction_both": nvh.map(|n| n.values.fractions[3]),
         "force_peak": nvh.map(|n| n.force_peak),
-        "force_mean": nvh.map(|n| n.force_mean),
+        "force_mean": nvh.map(|n| n.values.force_mean),
         "stop": outcome.stop.map(|stop| stop.to_string()),
         "trace": table_path(folder, TableKind::Trace, None),
         "events_file": table_path(folder, TableKind::Events, None),

@@ -63,8 +63,8 @@ const NEUTRAL: f64 = 1e-3;
 const EXPONENTIAL: f64 = 5.0;
 
 /// Late growth, in nats over the whole record, up to which neighbours separate in proportion to time.
-/// Proportional growth gives `4 ln 7/5 = 1.35`, and the turning of the direction as much again.
-const PROPORTIONAL: f64 = 2.8;
+/// The growth of such neighbours is `4 ln 7/5 = 1.35`; the turning of the tangent's direction can add as much.
+const MOST_PROPORTIONAL_GROWTH: f64 = 2.8;
 
 /// Late growth below which neighbours approach each other.
 const DECAYING: f64 = -1.0;
@@ -274,7 +274,7 @@ impl Found<'_> {
         let most = 1.0 + 2.0 * (cycles / self.evidence.aligned as f64).ln_1p();
         let proportional = self.evidence.aligned > 0
             && (0.0..=most).contains(&(self.lambda * cycles))
-            && (DECAYING..=PROPORTIONAL).contains(&self.growth.late);
+            && (DECAYING..=MOST_PROPORTIONAL_GROWTH).contains(&self.growth.late);
         proportional.then(|| {
             format!(
                 "{known}, but neighbouring trajectories separate at most in proportion to time (by a factor {:.1} \

@@ -47,7 +47,7 @@ pub(super) struct LastingContact<'a> {
     /// The blocks' motion, with its stored exponentials.
     motion: ModalMotion<'a>,
     /// Largest change of margins per unit of each mode, by contact, once computed.
-    reaches: Vec<Option<Vec<f64>>>,
+    margin_changes: Vec<Option<Vec<f64>>>,
 }
 
 impl<'a> LastingContact<'a> {
@@ -68,7 +68,7 @@ impl<'a> LastingContact<'a> {
             period,
             steady: None,
             motion: ModalMotion::new(model),
-            reaches: vec![None; modes.vectors.len()],
+            margin_changes: vec![None; modes.vectors.len()],
             modes,
         })
     }
@@ -105,22 +105,22 @@ impl<'a> LastingContact<'a> {
             if remaining.iter().any(|remaining| *remaining <= 0.0) {
                 break;
             }
-            let reach = self.reach(kernel, mode, workspace)?;
-            for (remaining, reach) in remaining.iter_mut().zip(reach) {
-                *remaining -= SLACK * sizes[mode] * reach;
+            let margin_change = self.margin_change(kernel, mode, workspace)?;
+            for (remaining, margin_change) in remaining.iter_mut().zip(margin_change) {
+                *remaining -= SLACK * sizes[mode] * margin_change;
             }
         }
         Some(remaining)
     }
 
     /// Largest change of every contact's margin over a period, per unit of a mode.
-    fn reach<K: Kernel>(
+    fn margin_change<K: Kernel>(
         &mut self,
         kernel: &K,
         mode: usize,
         workspace: &mut K::Workspace,
     ) -> Option<&Vec<f64>> {
-        if self.reaches[mode].is_none() {
+        if self.margin_changes[mode].is_none() {
             let mut both = vec![0.0_f64; self.model.contacts.len()];
             for v in self.modes.vectors[mode].clone() {
                 if v.iter().any(|x| *x != 0.0) {
@@ -134,9 +134,9 @@ impl<'a> LastingContact<'a> {
                     }
                 }
             }
-            self.reaches[mode] = Some(both);
+            self.margin_changes[mode] = Some(both);
         }
-        self.reaches[mode].as_ref()
+        self.margin_changes[mode].as_ref()
     }
 
     /// The margins over a period of the orbit, or of a motion displaced along a direction; `None` if an event

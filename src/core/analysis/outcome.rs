@@ -4,7 +4,7 @@ use super::evidence::{ChaosOutcome, EvidenceOutcome};
 use super::interrupt::Interrupted;
 use super::poincare_sample::PoincareSample;
 use super::power_outcome::PowerOutcome;
-use crate::model::Flanks;
+use crate::model::FlankState;
 use crate::propagate::Stop;
 use serde::{Deserialize, Serialize};
 use strum::IntoStaticStr;
@@ -167,18 +167,40 @@ impl LyapunovMethod {
 pub struct NvhOutcome {
     /// Mesh cycles in the statistics.
     pub cycles: u64,
-    /// Mean mesh deflection δ \[m\].
-    pub deflection_mean: f64,
-    /// Root mean square of δ about its mean \[m\].
-    pub deflection_rms: f64,
+    /// The statistics that have standard errors.
+    pub values: NvhStatistics,
+    /// Standard errors of [`Self::values`], infinite if the record is too short; `None` for periodic motions and short
+    /// records.
+    pub stderr: Option<NvhStatistics>,
     /// Largest minus smallest δ \[m\].
     pub deflection_pp: f64,
     /// Largest |δ − mean| \[m\].
     pub deflection_peak: f64,
-    /// Quantiles (99 and 99.9 %) of the largest |δ − mean| per mesh cycle \[m\].
-    pub deflection_peak_quantiles: Vec<f64>,
     /// Largest |δ − mean| over RMS \[1\].
     pub deflection_crest: f64,
+    /// Largest |mesh force| \[N\].
+    pub force_peak: f64,
+    /// Coulomb friction coefficient of the flanks; `None` without a drawing.
+    pub friction_coefficient: Option<f64>,
+    /// Impacts (entries into contact) on the drive and on the coast flank.
+    pub impacts: [u64; 2],
+    /// Largest |δ'| at entry into contact \[m/s\].
+    pub impact_velocity_max: Option<f64>,
+    /// Number of flights between two contacts that began and ended during the measurement.
+    pub flights: u64,
+    /// Number of contacts between two flights that began and ended during the measurement.
+    pub contacts: u64,
+}
+
+/// Statistics that have standard errors, or these errors, each in the unit of its statistic.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct NvhStatistics {
+    /// Mean mesh deflection δ \[m\].
+    pub deflection_mean: f64,
+    /// Root mean square of δ about its mean \[m\].
+    pub deflection_rms: f64,
+    /// Quantiles (99 and 99.9 %) of the largest |δ − mean| per mesh cycle \[m\].
+    pub deflection_peak_quantiles: Vec<f64>,
     /// Fourth central moment over squared variance \[1\].
     pub deflection_kurtosis: f64,
     /// Amplitudes of δ at mesh orders 1, 2, … \[m\].
@@ -190,8 +212,6 @@ pub struct NvhOutcome {
     pub force_mean: f64,
     /// Standard deviation of the mesh force \[N\].
     pub force_std: f64,
-    /// Largest |mesh force| \[N\].
-    pub force_peak: f64,
     /// Quantiles (99 and 99.9 %) of the largest |mesh force| per mesh cycle \[N\].
     pub force_peak_quantiles: Vec<f64>,
     /// Mean power lost in friction on the flanks \[W\]; `None` if the places of contact are unknown.
@@ -200,12 +220,8 @@ pub struct NvhOutcome {
     pub power_transmitted: Option<f64>,
     /// One minus the loss over the modulus of the transmitted power; `None` if no power is transmitted.
     pub efficiency: Option<f64>,
-    /// Coulomb friction coefficient of the flanks; `None` without a drawing.
-    pub friction_coefficient: Option<f64>,
     /// Power input and output of the vibration; `None` if not requested.
     pub power: Option<PowerOutcome>,
-    /// Impacts (entries into contact) on the drive and on the coast flank.
-    pub impacts: [u64; 2],
     /// Impacts per second \[1/s\].
     pub impact_rate: f64,
     /// Mean |δ'| at entry into contact \[m/s\].
@@ -216,12 +232,14 @@ pub struct NvhOutcome {
     pub rattle_index: f64,
     /// Median, 90 % and 99 % quantiles of |δ'| at entry into contact \[m/s\]; empty without impacts.
     pub impact_velocity_quantiles: Vec<f64>,
-    /// Largest |δ'| at entry into contact \[m/s\].
-    pub impact_velocity_max: Option<f64>,
-    /// Flights between two contacts.
-    pub flights: DurationOutcome,
-    /// Contacts between two flights.
-    pub contacts: DurationOutcome,
+    /// Mean length of a flight \[s\].
+    pub flight_mean: Option<f64>,
+    /// Median length of a flight \[s\].
+    pub flight_median: Option<f64>,
+    /// Mean length of a contact \[s\].
+    pub contact_mean: Option<f64>,
+    /// Median length of a contact \[s\].
+    pub contact_median: Option<f64>,
     /// Mean compressive force of each contact \[N\]: drive and coast flank of the first mesh, then further
     /// contacts in the order of the model.
     pub contact_force: Vec<f64>,
@@ -253,62 +271,7 @@ pub struct NvhOutcome {
     pub mesh_force_rms: Vec<f64>,
     /// Fraction of time in drive contact alone, free flight, coast contact alone, and contact on both
     /// flanks.
-    pub fractions: [f64; Flanks::COUNT],
-    /// Standard errors; `None` for periodic motions and short records.
-    pub stderr: Option<NvhErrors>,
-}
-
-/// Durations of stays in one state.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
-pub struct DurationOutcome {
-    /// Stays that began and ended during the measurement.
-    pub count: u64,
-    /// Mean length \[s\].
-    pub mean: Option<f64>,
-    /// Median length \[s\].
-    pub median: Option<f64>,
-}
-
-/// Standard errors of NVH statistics, each in the unit of its statistic; infinite if the record is too short.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[allow(missing_docs, reason = "named and described as in NvhOutcome")]
-pub struct NvhErrors {
-    pub deflection_mean: f64,
-    pub deflection_rms: f64,
-    pub deflection_peak_quantiles: Vec<f64>,
-    pub deflection_kurtosis: f64,
-    pub harmonics: Vec<f64>,
-    pub suborders: Vec<f64>,
-    pub force_mean: f64,
-    pub force_std: f64,
-    pub force_peak_quantiles: Vec<f64>,
-    pub power_loss: f64,
-    pub power_transmitted: f64,
-    pub efficiency: f64,
-    pub power: Option<PowerOutcome>,
-    pub impact_rate: f64,
-    pub impact_velocity: f64,
-    pub impact_power: f64,
-    pub rattle_index: f64,
-    pub impact_velocity_quantiles: Vec<f64>,
-    pub flight_mean: f64,
-    pub flight_median: f64,
-    pub contact_mean: f64,
-    pub contact_median: f64,
-    pub contact_force: Vec<f64>,
-    pub contact_fraction: Vec<f64>,
-    pub contact_impact_rate: Vec<f64>,
-    pub contact_rattle_index: Vec<f64>,
-    pub contact_loss: Vec<f64>,
-    pub bearing_mean: Vec<f64>,
-    pub bearing_rms: Vec<f64>,
-    pub torque_mean: Vec<f64>,
-    pub torque_rms: Vec<f64>,
-    pub acceleration_rms: Vec<f64>,
-    pub angular_acceleration_rms: Vec<f64>,
-    pub mesh_deflection_rms: Vec<f64>,
-    pub mesh_force_rms: Vec<f64>,
-    pub fractions: [f64; Flanks::COUNT],
+    pub fractions: [f64; FlankState::COUNT],
 }
 
 /// One line of an amplitude spectrum.

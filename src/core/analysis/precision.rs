@@ -13,7 +13,7 @@
 //! Power through the mesh and efficiency follow from the mean force and the loss. Extremes, quantiles and
 //! medians are omitted because they are not averages.
 
-use super::outcome::{NvhErrors, NvhOutcome, SignalOrders, Spectrum};
+use super::outcome::{NvhOutcome, NvhStatistics, SignalOrders, Spectrum};
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
@@ -69,6 +69,12 @@ impl fmt::Display for LeastPrecise {
     }
 }
 
+/// An average, or its standard error.
+type Average = fn(&NvhStatistics) -> Option<f64>;
+
+/// Statistics with one element per output of the structure, or their standard errors.
+type Lists<const N: usize> = fn(&NvhStatistics) -> [&Vec<f64>; N];
+
 /// Search for the statistic with the largest relative error.
 struct ErrorSearch(LeastPrecise);
 
@@ -95,8 +101,8 @@ impl ErrorSearch {
     }
 
     /// Statistics of the deflection, the mesh force and contact.
-    fn take_mesh(&mut self, outcome: &NvhOutcome, errors: &NvhErrors) {
-        let [deflection, force] = mesh_sizes(outcome);
+    fn take_mesh(&mut self, values: &NvhStatistics, errors: &NvhStatistics) {
+        let [deflection, force] = mesh_sizes(values);
         self.take(
             "deflection_mean",
             errors.deflection_mean,
@@ -107,35 +113,20 @@ impl ErrorSearch {
         self.take("force_std", errors.force_std, force.motion());
         self.take_each("harmonics", &errors.harmonics, |_| deflection.sine());
         self.take_each("suborders", &errors.suborders, |_| deflection.sine());
-        for (name, value, error) in [
-            (
-                "deflection_kurtosis",
-                Some(outcome.deflection_kurtosis),
-                errors.deflection_kurtosis,
-            ),
-            ("power_loss", outcome.power_loss, errors.power_loss),
-            ("impact_rate", Some(outcome.impact_rate), errors.impact_rate),
-            (
-                "impact_velocity",
-                Some(outcome.impact_velocity),
-                errors.impact_velocity,
-            ),
-            (
-                "impact_power",
-                Some(outcome.impact_power),
-                errors.impact_power,
-            ),
-            (
-                "rattle_index",
-                Some(outcome.rattle_index),
-                errors.rattle_index,
-            ),
-            ("flight_mean", outcome.flights.mean, errors.flight_mean),
-            ("contact_mean", outcome.contacts.mean, errors.contact_mean),
-        ] {
+        let averages: [(&str, Average); 8] = [
+            ("deflection_kurtosis", |of| Some(of.deflection_kurtosis)),
+            ("power_loss", |of| of.power_loss),
+            ("impact_rate", |of| Some(of.impact_rate)),
+            ("impact_velocity", |of| Some(of.impact_velocity)),
+            ("impact_power", |of| Some(of.impact_power)),
+            ("rattle_index", |of| Some(of.rattle_index)),
+            ("flight_mean", |of| of.flight_mean),
+            ("contact_mean", |of| of.contact_mean),
+        ];
+        for (name, of) in averages {
             // A value of zero has no error, for example an impact speed without impacts.
-            if let Some(value) = value.filter(|value| *value != 0.0) {
-                self.take(name, error, value.abs());
+            if let Some(value) = of(values).filter(|value| *value != 0.0) {
+                self.take(name, of(errors).unwrap_or(f64::INFINITY), value.abs());
             }
         }
         let names = [
@@ -150,8 +141,8 @@ impl ErrorSearch {
     }
 
     /// Powers of the vibration.
-    fn take_power(&mut self, outcome: &NvhOutcome, errors: &NvhErrors) {
-        let (Some(outcome), Some(errors)) = (&outcome.power, &errors.power) else {
+    fn take_power(&mut self, values: &NvhStatistics, errors: &NvhStatistics) {
+        let (Some(values), Some(errors)) = (&values.power, &errors.power) else {
             return;
         };
         for (name, error) in [
@@ -163,68 +154,54 @@ impl ErrorSearch {
             ("power_out_friction", errors.friction),
             ("power_stored", errors.stored),
         ] {
-            self.take(name, error, outcome.largest());
+            self.take(name, error, values.largest());
         }
     }
 
     /// Statistics of the structure's outputs.
-    fn take_outputs(&mut self, outcome: &NvhOutcome, errors: &NvhErrors) {
-        for (names, [means, rms], [mean_errors, rms_errors]) in [
-            (
-                ["bearing_mean", "bearing_rms"],
-                [&outcome.bearing_mean, &outcome.bearing_rms],
-                [&errors.bearing_mean, &errors.bearing_rms],
-            ),
-            (
-                ["torque_mean", "torque_rms"],
-                [&outcome.torque_mean, &outcome.torque_rms],
-                [&errors.torque_mean, &errors.torque_rms],
-            ),
-        ] {
+    fn take_outputs(&mut self, values: &NvhStatistics, errors: &NvhStatistics) {
+        let signals: [([&str; 2], Lists<2>); 2] = [
+            (["bearing_mean", "bearing_rms"], |of| {
+                [&of.bearing_mean, &of.bearing_rms]
+            }),
+            (["torque_mean", "torque_rms"], |of| {
+                [&of.torque_mean, &of.torque_rms]
+            }),
+        ];
+        for ([mean, rms], of) in signals {
+            let [means, all_rms] = of(values);
             let size = |index: usize| SignalSize {
                 mean: means[index],
-                rms: rms[index],
+                rms: all_rms[index],
             };
-            self.take_each(names[0], mean_errors, |index| size(index).whole());
-            self.take_each(names[1], rms_errors, |index| size(index).motion());
+            let [mean_errors, rms_errors] = of(errors);
+            self.take_each(mean, mean_errors, |index| size(index).whole());
+            self.take_each(rms, rms_errors, |index| size(index).motion());
         }
-        let rates = [
-            (
-                "acceleration_rms",
-                &outcome.acceleration_rms,
-                &errors.acceleration_rms,
-            ),
-            (
-                "angular_acceleration_rms",
-                &outcome.angular_acceleration_rms,
-                &errors.angular_acceleration_rms,
-            ),
-            (
-                "mesh_deflection_rms",
-                &outcome.mesh_deflection_rms,
-                &errors.mesh_deflection_rms,
-            ),
-            (
-                "mesh_force_rms",
-                &outcome.mesh_force_rms,
-                &errors.mesh_force_rms,
-            ),
+        let rates: [(&str, Lists<1>); 4] = [
+            ("acceleration_rms", |of| [&of.acceleration_rms]),
+            ("angular_acceleration_rms", |of| {
+                [&of.angular_acceleration_rms]
+            }),
+            ("mesh_deflection_rms", |of| [&of.mesh_deflection_rms]),
+            ("mesh_force_rms", |of| [&of.mesh_force_rms]),
         ];
-        for (name, values, errors) in rates {
+        for (name, of) in rates {
+            let ([values], [errors]) = (of(values), of(errors));
             self.take_each(name, errors, |index| values[index]);
         }
     }
 }
 
-fn mesh_sizes(outcome: &NvhOutcome) -> [SignalSize; 2] {
+fn mesh_sizes(values: &NvhStatistics) -> [SignalSize; 2] {
     [
         SignalSize {
-            mean: outcome.deflection_mean,
-            rms: outcome.deflection_rms,
+            mean: values.deflection_mean,
+            rms: values.deflection_rms,
         },
         SignalSize {
-            mean: outcome.force_mean,
-            rms: outcome.force_std,
+            mean: values.force_mean,
+            rms: values.force_std,
         },
     ]
 }
@@ -245,10 +222,11 @@ pub fn loosest(
         search.0.error = f64::INFINITY;
         return search.0;
     };
-    search.take_mesh(outcome, errors);
-    search.take_power(outcome, errors);
-    search.take_outputs(outcome, errors);
-    let [deflection, force] = mesh_sizes(outcome);
+    let values = &outcome.values;
+    search.take_mesh(values, errors);
+    search.take_power(values, errors);
+    search.take_outputs(values, errors);
+    let [deflection, force] = mesh_sizes(values);
     let sine = |signal: &str| match signal {
         "deflection" => deflection.sine(),
         "force" => force.sine(),
@@ -285,44 +263,42 @@ pub fn loosest(
 mod tests {
     use super::*;
     use crate::analysis::PowerOutcome;
-    use crate::analysis::outcome::{DurationOutcome, OrderLine, SpectrumLine, SpectrumMethod};
+    use crate::analysis::outcome::{OrderLine, SpectrumLine, SpectrumMethod};
 
     /// Statistics with an error of 1 % each, on its scale.
     fn even() -> NvhOutcome {
-        let stay = |mean: f64| DurationOutcome {
-            count: 9,
-            mean: Some(mean),
-            median: None,
-        };
         NvhOutcome {
-            deflection_mean: 3e-6,
-            deflection_rms: 4e-6,
-            deflection_kurtosis: 2.0,
-            harmonics: vec![1e-6, 1e-9],
-            force_mean: 0.0,
-            force_std: 100.0,
-            power_loss: Some(-7.0),
-            power: Some(PowerOutcome {
-                error: 30.0,
-                stiffness: -10.0,
-                contact: 12.0,
-                structure: 8.0,
-                ..PowerOutcome::default()
-            }),
-            impact_rate: 5.0,
-            impact_velocity: 6.0,
-            impact_power: 7.0,
-            rattle_index: 8.0,
-            flights: stay(2e-5),
-            contacts: stay(3e-5),
-            bearing_mean: vec![-300.0],
-            bearing_rms: vec![400.0],
-            torque_mean: vec![50.0],
-            torque_rms: vec![0.0],
-            acceleration_rms: vec![10.0],
-            angular_acceleration_rms: vec![20.0],
-            fractions: [0.001, 0.9, 0.099, 0.0],
-            stderr: Some(NvhErrors {
+            values: NvhStatistics {
+                deflection_mean: 3e-6,
+                deflection_rms: 4e-6,
+                deflection_kurtosis: 2.0,
+                harmonics: vec![1e-6, 1e-9],
+                force_mean: 0.0,
+                force_std: 100.0,
+                power_loss: Some(-7.0),
+                power: Some(PowerOutcome {
+                    error: 30.0,
+                    stiffness: -10.0,
+                    contact: 12.0,
+                    structure: 8.0,
+                    ..PowerOutcome::default()
+                }),
+                impact_rate: 5.0,
+                impact_velocity: 6.0,
+                impact_power: 7.0,
+                rattle_index: 8.0,
+                flight_mean: Some(2e-5),
+                contact_mean: Some(3e-5),
+                bearing_mean: vec![-300.0],
+                bearing_rms: vec![400.0],
+                torque_mean: vec![50.0],
+                torque_rms: vec![0.0],
+                acceleration_rms: vec![10.0],
+                angular_acceleration_rms: vec![20.0],
+                fractions: [0.001, 0.9, 0.099, 0.0],
+                ..NvhStatistics::default()
+            },
+            stderr: Some(NvhStatistics {
                 deflection_mean: 5e-8,
                 deflection_rms: 4e-8,
                 deflection_kurtosis: 0.02,
@@ -330,7 +306,7 @@ mod tests {
                 suborders: vec![4e-8 * SQRT_2],
                 force_mean: 1.0,
                 force_std: 1.0,
-                power_loss: 0.07,
+                power_loss: Some(0.07),
                 power: Some(PowerOutcome {
                     loads: 0.3,
                     error: 0.3,
@@ -344,8 +320,8 @@ mod tests {
                 impact_velocity: 0.06,
                 impact_power: 0.07,
                 rattle_index: 0.08,
-                flight_mean: 2e-7,
-                contact_mean: 3e-7,
+                flight_mean: Some(2e-7),
+                contact_mean: Some(3e-7),
                 bearing_mean: vec![5.0],
                 bearing_rms: vec![4.0],
                 torque_mean: vec![0.5],
@@ -356,7 +332,7 @@ mod tests {
                 impact_velocity_quantiles: vec![1e3],
                 deflection_peak_quantiles: vec![1e3],
                 force_peak_quantiles: vec![1e9],
-                ..NvhErrors::default()
+                ..NvhStatistics::default()
             }),
             ..NvhOutcome::default()
         }
@@ -371,7 +347,7 @@ mod tests {
     fn every_error_counts_on_its_scale() {
         let all = loosest(&even(), &[], &[], &[]).error;
         assert!((all - 0.01).abs() < 1e-15, "{all}");
-        type Pick = fn(&mut NvhErrors) -> &mut f64;
+        type Pick = fn(&mut NvhStatistics) -> &mut f64;
         let errors: [(&str, Pick); 27] = [
             ("deflection_mean", |e| &mut e.deflection_mean),
             ("deflection_rms", |e| &mut e.deflection_rms),
@@ -380,7 +356,7 @@ mod tests {
             ("suborders", |e| &mut e.suborders[0]),
             ("force_mean", |e| &mut e.force_mean),
             ("force_std", |e| &mut e.force_std),
-            ("power_loss", |e| &mut e.power_loss),
+            ("power_loss", |e| e.power_loss.as_mut().unwrap()),
             ("power_in_loads", |e| &mut e.power.as_mut().unwrap().loads),
             ("power_in_error", |e| &mut e.power.as_mut().unwrap().error),
             ("power_in_stiffness", |e| {
@@ -400,8 +376,8 @@ mod tests {
             ("impact_velocity", |e| &mut e.impact_velocity),
             ("impact_power", |e| &mut e.impact_power),
             ("rattle_index", |e| &mut e.rattle_index),
-            ("flight_mean", |e| &mut e.flight_mean),
-            ("contact_mean", |e| &mut e.contact_mean),
+            ("flight_mean", |e| e.flight_mean.as_mut().unwrap()),
+            ("contact_mean", |e| e.contact_mean.as_mut().unwrap()),
             ("bearing_mean", |e| &mut e.bearing_mean[0]),
             ("bearing_rms", |e| &mut e.bearing_rms[0]),
             ("torque_mean", |e| &mut e.torque_mean[0]),
@@ -422,16 +398,16 @@ mod tests {
     #[test]
     fn what_there_is_none_of_needs_no_error() {
         let mut found = even();
-        found.impact_velocity = 0.0;
-        found.flights = DurationOutcome::default();
-        found.power_loss = None;
+        found.values.impact_velocity = 0.0;
+        found.values.flight_mean = None;
+        found.values.power_loss = None;
         let errors = found.stderr.as_mut().unwrap();
         errors.impact_velocity = f64::INFINITY;
-        errors.flight_mean = f64::INFINITY;
-        errors.power_loss = f64::INFINITY;
+        errors.flight_mean = Some(f64::INFINITY);
+        errors.power_loss = Some(f64::INFINITY);
         assert!(loosest(&found, &[], &[], &[]).error < 0.011);
         // A quantity with a value needs an error; a record that is too short does not give one.
-        found.power_loss = Some(1.0);
+        found.values.power_loss = Some(1.0);
         let unknown = loosest(&found, &[], &[], &[]);
         assert_eq!(unknown.name, "power_loss");
         assert!(unknown.error.is_infinite());
@@ -501,8 +477,8 @@ mod tests {
             rms: 1e-13,
         };
         let mut found = even();
-        found.bearing_mean = vec![still.mean];
-        found.bearing_rms = vec![still.rms];
+        found.values.bearing_mean = vec![still.mean];
+        found.values.bearing_rms = vec![still.rms];
         let errors = found.stderr.as_mut().unwrap();
         errors.bearing_mean = vec![1e-13];
         errors.bearing_rms = vec![1e-13];

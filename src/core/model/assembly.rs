@@ -3,7 +3,7 @@
 use super::basis::Basis;
 use super::contact::base_cycles;
 use super::direction::Directions;
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::{
     Block, Contact, Division, Drive, FilmLayer, MOST_CONTACTS, MeshCycle, MeshHarmonic, Release,
     Slider, TransmissionErrorHarmonic,
@@ -59,10 +59,10 @@ impl Assembly<'_> {
         one_set::merge(&mut contacts);
         let (name, count) = ("number of contacts", contacts.len() as f64);
         let fits = count <= MOST_CONTACTS as f64;
-        positive(name, count, fits, "at most 128, both flanks included")?;
+        check_in_range(name, count, fits, "at most 128, both flanks included")?;
         let (name, base) = ("base period of all contacts", base_cycles(&contacts));
         let fits = base <= MOST_BASE_CYCLES;
-        positive(name, base as f64, fits, "at most 10000 mesh cycles")?;
+        check_in_range(name, base as f64, fits, "at most 10000 mesh cycles")?;
         Ok(Assembled {
             contacts,
             flank_springs,

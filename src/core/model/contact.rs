@@ -82,19 +82,19 @@ impl ActiveSet {
     /// +1 on the drive flank, −1 on the coast flank, 0 in free flight and if both flanks touch.
     pub fn sign(self) -> f64 {
         match self.flanks() {
-            Flanks::Drive => 1.0,
-            Flanks::Coast => -1.0,
-            Flanks::Free | Flanks::Both => 0.0,
+            FlankState::Drive => 1.0,
+            FlankState::Coast => -1.0,
+            FlankState::Free | FlankState::Both => 0.0,
         }
     }
 
     /// The state of the flanks of the gear pair.
-    pub fn flanks(self) -> Flanks {
+    pub fn flanks(self) -> FlankState {
         match (self.holds(DRIVE_FLANK), self.holds(COAST_FLANK)) {
-            (true, false) => Flanks::Drive,
-            (false, false) => Flanks::Free,
-            (false, true) => Flanks::Coast,
-            (true, true) => Flanks::Both,
+            (true, false) => FlankState::Drive,
+            (false, false) => FlankState::Free,
+            (false, true) => FlankState::Coast,
+            (true, true) => FlankState::Both,
         }
     }
 
@@ -117,7 +117,7 @@ impl ActiveSet {
 /// The state of the two flanks of a gear pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
-pub enum Flanks {
+pub enum FlankState {
     /// The drive flank touches.
     Drive,
     /// Free flight.
@@ -128,7 +128,7 @@ pub enum Flanks {
     Both,
 }
 
-impl Flanks {
+impl FlankState {
     /// Number of states.
     pub const COUNT: usize = 4;
 
@@ -333,6 +333,6 @@ mod tests {
         assert_eq!(all.map(ActiveSet::name), ["drive", "free", "coast", "both"]);
         assert_eq!(all.map(|set| set.flanks().index()), [0, 1, 2, 3]);
         // Other contacts do not count as flanks.
-        assert_eq!(one.flanks(), Flanks::Free);
+        assert_eq!(one.flanks(), FlankState::Free);
     }
 }

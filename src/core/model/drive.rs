@@ -1,6 +1,6 @@
 //! Mesh and excitation of a drive, and its operating point.
 
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::{Film, FlankError, MeshHarmonic, Release, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::quadrature::GaussLegendre;
 use serde::Serialize;
@@ -306,10 +306,10 @@ pub(super) fn ends_are_in_order(mesh: &[Division]) -> Result<(), ModelError> {
     for division in mesh {
         let inside = before < division.end && division.end <= 1.0;
         let accepted = "between its neighbours";
-        positive("mesh transition", division.end, inside, accepted)?;
+        check_in_range("mesh transition", division.end, inside, accepted)?;
         before = division.end;
     }
-    positive("end of the mesh cycle", before, before == 1.0, "1")
+    check_in_range("end of the mesh cycle", before, before == 1.0, "1")
 }
 
 #[cfg(test)]

@@ -120,7 +120,7 @@ fn numbered(contacts: &[usize]) -> String {
 }
 
 /// Checks that a value of a drive is finite and within its range.
-pub(super) fn positive(
+pub(super) fn check_in_range(
     name: &'static str,
     value: f64,
     ok: bool,

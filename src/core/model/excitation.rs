@@ -1,7 +1,7 @@
 //! Transmission error, torque ripple and other harmonic loads as functions of time.
 
 use super::basis::Basis;
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::{DriveShaft, MeshHarmonic, TorqueRipple};
 use crate::structure::{HarmonicLoad, ModalStructure};
 use std::f64::consts::TAU;
@@ -87,7 +87,7 @@ impl Ripple {
         basis: &Basis,
     ) -> Result<Self, ModelError> {
         let turns = load.turns_per_cycle;
-        positive(
+        check_in_range(
             "turns of a harmonic load per mesh cycle",
             turns,
             turns > 0.0,

@@ -15,7 +15,7 @@
 //!
 //! The force is the integral of Reynolds' equation over the parabola `h + x²/2R`.
 
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use serde::Serialize;
 use std::f64::consts::{PI, SQRT_2};
 
@@ -80,12 +80,12 @@ impl Film {
     pub(super) fn check(&self) -> Result<(), ModelError> {
         let [widest, least] = self.thickness;
         let c = self.coefficient;
-        positive("coefficient of the film", c, c > 0.0, "above 0 N s m^0.5")?;
-        positive("thickness of the film", least, least > 0.0, "above 0 m")?;
+        check_in_range("coefficient of the film", c, c > 0.0, "above 0 N s m^0.5")?;
+        check_in_range("thickness of the film", least, least > 0.0, "above 0 m")?;
         let (name, accepted) = ("largest thickness of the film", "above the smallest");
-        positive(name, widest, widest > least, accepted)?;
+        check_in_range(name, widest, widest > least, accepted)?;
         let fits = (1..=MOST_LAYERS).contains(&self.layers);
-        positive(
+        check_in_range(
             "layers of the film",
             self.layers as f64,
             fits,

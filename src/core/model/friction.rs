@@ -4,7 +4,7 @@
 //! exerts λ ([`super::Stop`] has its formula). The line of the stick shows λ. While the element slips, that line shows
 //! `δ''/ρ`.
 
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::stop::{Constraint, pushed};
 use super::{Contact, Direction};
 use crate::structure::{FrictionPart, ModalStructure};
@@ -85,8 +85,8 @@ impl DryFriction {
                 "static force of dry friction",
                 "at least the force of sliding friction",
             );
-            positive(name, static_force, static_force >= force, accepted)?;
-            positive(
+            check_in_range(name, static_force, static_force >= force, accepted)?;
+            check_in_range(
                 "belt speed of dry friction",
                 belt_speed,
                 true,
@@ -95,7 +95,7 @@ impl DryFriction {
             let gains = &directions[segment.direction].gains;
             let push = pushed(gains, gains);
             let name = "change of the sliding by its own friction";
-            positive(name, push, push > 0.0, "above 0 1/kg")?;
+            check_in_range(name, push, push > 0.0, "above 0 1/kg")?;
             all.push(Self {
                 forwards,
                 direction: segment.direction,

@@ -61,7 +61,7 @@ pub use bearing::BearingOutput;
 pub use block::{Block, MeshGain};
 pub use breakpoints::OUT_OF_REACH;
 pub use contact::{
-    ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, Flanks, MOST_CONTACTS, SEVERAL_CONTACTS,
+    ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, FlankState, MOST_CONTACTS, SEVERAL_CONTACTS,
 };
 pub use derivative::ShapeChange;
 pub use direction::{Direction, Line};

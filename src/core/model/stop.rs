@@ -12,7 +12,7 @@
 //! λ, and exerts 1 N per unit.
 
 use super::direction::Directions;
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::{Block, Contact, Direction, MeshGain, TransmissionErrorHarmonic};
 use crate::structure::{ModalStructure, StopPart};
 
@@ -74,12 +74,12 @@ impl Stop {
                 continue;
             };
             let inside = (0.0..=1.0).contains(&restitution);
-            positive("restitution", restitution, inside, "from 0 to 1")?;
+            check_in_range("restitution", restitution, inside, "from 0 to 1")?;
             let direction = contacts[impact].cycles[0].segments[0].direction;
             let gains = &directions[direction].gains;
             let push = pushed(gains, gains);
             let name = "opening of a rigid stop by its own force";
-            positive(name, push, push > 0.0, "above 0 1/kg")?;
+            check_in_range(name, push, push > 0.0, "above 0 1/kg")?;
             all.push(Self {
                 impact,
                 restitution,
@@ -113,7 +113,7 @@ impl Stop {
         let gap = |stop: Self| contacts[stop.impact].half_gap;
         let room = gap(self) + (own / others).sqrt() * gap(other);
         let name = "clearance between opposite rigid stops";
-        positive(name, room, !opposite || room >= 0.0, "at least 0 m")
+        check_in_range(name, room, !opposite || room >= 0.0, "at least 0 m")
     }
 
     /// Index of its rest among the contacts.

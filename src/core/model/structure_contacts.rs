@@ -2,7 +2,7 @@
 
 use super::basis::Basis;
 use super::direction::Directions;
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::{
     Block, COAST_FLANK, Contact, Division, Drive, FlankError, MeshCycle, MeshHarmonic, Release,
     SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
@@ -152,7 +152,7 @@ fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), Model
         ],
     };
     let softens = law.dry_friction.is_none() && smallest < 0.0 && law.is_constant();
-    positive(name, smallest, smallest > 0.0 || softens, accepted)
+    check_in_range(name, smallest, smallest > 0.0 || softens, accepted)
 }
 
 /// Converts a contact of a structure to a contact of the model, with a separate gap b and direction, on the positive
@@ -173,16 +173,16 @@ pub(super) fn contact(
     let law = &source.law;
     let divisions = divisions(law);
     check_stiffness(law, &divisions)?;
-    positive(
+    check_in_range(
         "contact damping",
         law.damping,
         law.damping >= 0.0,
         "at least 0 N s/m",
     )?;
-    positive("contact gap", law.gap, true, "finite")?;
+    check_in_range("contact gap", law.gap, true, "finite")?;
     let accepted = "a ratio of whole numbers from 1 to 10000";
     let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
-    positive("cycles of a contact", f64::from(p), inside, accepted)?;
+    check_in_range("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);
     let error: Vec<_> = (law.error.iter())
         .map(|harmonic| {

@@ -4,7 +4,7 @@ use super::assembly::{Assembled, Assembly};
 use super::basis::Basis;
 use super::contact::base_cycles;
 use super::direction::Directions;
-use super::error::{ModelError, positive};
+use super::error::{ModelError, check_in_range};
 use super::{
     ActiveSet, BearingOutput, Block, Contact, Direction, Drive, DryFriction, Line, MeshCycle,
     MeshGain, NamedMesh, OperatingPoint, Output, Ripple, Rolling, Segment, Slider, Stop,
@@ -98,8 +98,8 @@ impl Model {
         check_ranges(drive, point)?;
         let (basis, mut generators) = Basis::new(structure, point.speed)?;
         let film_layers = drive.film.map_or(0, |film| film.layers);
-        let before_sliders = 2 * (1 + drive.further.len() + film_layers);
-        let sliders = Slider::of_structure(structure, before_sliders);
+        let first_structure_contact = 2 * (1 + drive.further.len() + film_layers);
+        let sliders = Slider::of_structure(structure, first_structure_contact);
         let basis = basis.with_sliders(sliders.len());
         // A slider does not move unless it slips.
         generators.resize(generators.len() + sliders.len(), [[0.0; 2]; 2]);
@@ -378,15 +378,15 @@ fn inverse_mass(structure: &ModalStructure) -> f64 {
 
 /// Rejects an operating point or a drive with a value out of its range.
 fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> {
-    positive("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
-    positive("load", point.load, true, "finite")?;
-    positive(
+    check_in_range("speed", point.speed, point.speed > 0.0, "above 0 rad/s")?;
+    check_in_range("load", point.load, true, "finite")?;
+    check_in_range(
         "half gap",
         drive.half_gap,
         drive.half_gap > 0.0,
         "above 0 m",
     )?;
-    positive(
+    check_in_range(
         "damping",
         drive.damping,
         drive.damping >= 0.0,
@@ -405,7 +405,7 @@ fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> 
     let smallest = (cycles().flatten())
         .map(|division| division.stiffness.smallest())
         .fold(f64::INFINITY, f64::min);
-    positive("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
+    check_in_range("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
     for cycle in cycles() {
         laws::ends_are_in_order(cycle)?;
     }

@@ -87,7 +87,7 @@ pub struct LoadSharing {
     even: bool,
     /// Excess of the line load of each pair over the least at which its contact is
     /// linearised \[N/m\]; for a linear contact, any positive value.
-    above_least: [f64; MOST_PAIRS],
+    line_load_excess: [f64; MOST_PAIRS],
     /// The same pairs with elastically coupled slices, if gaps vary along the face.
     coupled: Option<Coupled>,
 }
@@ -149,7 +149,7 @@ impl LoadSharing {
                 pairs.get(pair).is_some_and(|this_pair| this_pair.on_path)
             }),
             even: (pairs.iter()).all(|pair| pair.gap.windows(2).all(|gap| gap[0] == gap[1])),
-            above_least: [1.0; MOST_PAIRS],
+            line_load_excess: [1.0; MOST_PAIRS],
             coupled: None,
         })
     }
@@ -186,7 +186,7 @@ impl LoadSharing {
             Some(coupled) => {
                 let solution = coupled.solve_from(force, near);
                 let mut margins = coupled.margins(&solution);
-                margins.extend(&self.above_least[..self.pairs]);
+                margins.extend(&self.line_load_excess[..self.pairs]);
                 (
                     self.shared(coupled, &solution).0,
                     margins,

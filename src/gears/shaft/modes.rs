@@ -199,7 +199,7 @@ impl Modes {
         let unit: Vec<f64> = (0..size)
             .map(|row| pencil.inertia(row).sqrt().recip())
             .collect();
-        let stiffest = pencil.terms(&unit).elastic_sum_of_moduli;
+        let stiffest = pencil.terms(&unit).stiffness_term_moduli;
         let stiffest: f64 = (0..size)
             .map(|row| stiffest[row].powi(2) / pencil.inertia(row))
             .sum();
@@ -208,9 +208,9 @@ impl Modes {
             let terms = pencil.terms(&self.column(mode));
             let (mut residual, mut scale) = (0.0, 0.0);
             for row in 0..size {
-                let sum = terms.elastic[row] - squared * terms.inertial[row];
-                let moduli = terms.elastic_sum_of_moduli[row]
-                    + (squared.abs() + shift) * terms.inertial_sum_of_moduli[row];
+                let sum = terms.stiffness_product[row] - squared * terms.mass_product[row];
+                let moduli = terms.stiffness_term_moduli[row]
+                    + (squared.abs() + shift) * terms.mass_term_moduli[row];
                 residual += sum * sum / pencil.inertia(row);
                 scale += moduli * moduli / pencil.inertia(row);
             }
@@ -331,9 +331,9 @@ fn eigen(matrix: &Mat<f64>) -> Result<(Vec<f64>, Mat<f64>), ShaftError> {
 fn rounding_of_quotient(pencil: Pencil<'_>, shift: f64, shape: &[f64]) -> f64 {
     let terms = pencil.terms(shape);
     let moduli = terms
-        .elastic_sum_of_moduli
+        .stiffness_term_moduli
         .iter()
-        .zip(&terms.inertial_sum_of_moduli);
+        .zip(&terms.mass_term_moduli);
     let sum: f64 = (moduli.zip(shape))
         .map(|((elastic, inertial), value)| (elastic + shift * inertial) * value.abs())
         .sum();

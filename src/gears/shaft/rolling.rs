@@ -37,7 +37,7 @@ pub type Ring<T = f64> = [T; RING_FREEDOMS];
 const SLICES: usize = 30;
 
 /// c of a steel roller of 1 m \[N/m^{10/9}\]; the units of the standard cancel to 10⁶.
-const ROLLER: f64 = 35_948e6;
+const ROLLER_COEFFICIENT: f64 = 35_948e6;
 
 /// Largest ratio of axes for which a contact is an ellipse, as between balls and grooves.
 const LONGEST_ELLIPSE: f64 = 1e4;
@@ -152,7 +152,7 @@ impl RollingBearing {
             }
             RollingElement::Roller { length, .. } => {
                 let length = positive("length of a roller [m]", length)?;
-                let whole = ROLLER * length.powf(8.0 / 9.0);
+                let whole = ROLLER_COEFFICIENT * length.powf(8.0 / 9.0);
                 (whole / SLICES as f64, 10.0 / 9.0)
             }
         };

@@ -140,7 +140,9 @@ mod tests {
     use crate::fmu::{Drive, Mode};
     use crate::manifest::ManifestText;
     use crate::model::Quantity;
-    use crate::propagate::varying_speed::{Instant, MotionObserver, MovingSignal, MovingWindow};
+    use crate::propagate::varying_speed::{
+        Instant, MotionObserver, MovingSignal, VaryingSpeedWindow,
+    };
     use crate::store::TableStore;
     use std::path::Path;
 
@@ -183,7 +185,7 @@ mod tests {
     }
 
     impl MotionObserver for Last {
-        fn window(&mut self, window: &MovingWindow<'_>) {
+        fn window(&mut self, window: &VaryingSpeedWindow<'_>) {
             window.evaluate_at(window.part, true, &mut self.instant);
             let values = self
                 .signals

@@ -272,12 +272,12 @@ impl PointResolver {
     ) -> Self {
         // The tree now has the values of the axes. A point only needs the order from the grid.
         tree.retain("grid", |key| matches!(key, "order" | "along"));
-        let changed = modal_keys::detach(&mut tree);
+        let changed_modal_tree = modal_keys::detach(&mut tree);
         let file = || context.modal_files.values().flatten().next();
         Self(Arc::new(KeptPoint {
             tree,
-            modal_changed: changed.is_some(),
-            modal_tree: changed.or_else(|| file().map(|file| file.tree.clone())),
+            modal_changed: changed_modal_tree.is_some(),
+            modal_tree: changed_modal_tree.or_else(|| file().map(|file| file.tree.clone())),
             combinations: Combinations::new(&axes, dimensions),
             torque: axes.iter().any(|axis| axis.axis.key == AxisKey::Torque),
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),

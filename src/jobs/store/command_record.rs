@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic_file::write_atomically;
 use super::checksum::{TableRecord, sealed};
-use super::file::{Row, TableFile, create_folder, remove_stale};
+use super::file::{Row, UnfinishedTable, create_folder, remove_stale};
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{ProgramRecord, StoreError};
@@ -86,7 +86,7 @@ impl<'a> CommandTables<'a> {
         table: Table<R>,
         rows: impl IntoIterator<Item = R>,
     ) -> Result<(), StoreError> {
-        let mut file = TableFile::create(self.folder, kind, None, table, self.metadata)?;
+        let mut file = UnfinishedTable::create(self.folder, kind, None, table, self.metadata)?;
         rows.into_iter().try_for_each(|row| file.push(row))?;
         self.tables.push(file.finish()?);
         Ok(())

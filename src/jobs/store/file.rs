@@ -215,13 +215,13 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
 }
 
 /// A table before it has its final name.
-pub(super) struct TableFile<R> {
+pub(super) struct UnfinishedTable<R> {
     folder: PathBuf,
     writer: TableWriter<R, File>,
     temporary: TempPath,
 }
 
-impl<R: Row> TableFile<R> {
+impl<R: Row> UnfinishedTable<R> {
     /// Starts the table's file in a results folder that exists.
     pub(super) fn create(
         folder: &Path,

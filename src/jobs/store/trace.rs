@@ -8,7 +8,7 @@ use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
 use super::command_record::{TablesRecord, remove};
-use super::file::{Row, TableFile, create_folder, remove_stale};
+use super::file::{Row, UnfinishedTable, create_folder, remove_stale};
 use super::table::{Table, columns};
 use super::table_kind::{TRACE_RECORD, TableKind};
 use crate::analysis::{TraceSample, TraceSink};
@@ -221,8 +221,8 @@ pub struct TraceWriter {
     folder: PathBuf,
     metadata: Vec<(&'static str, String)>,
     period: f64,
-    trace: TableFile<TraceSample>,
-    events: TableFile<EventRow>,
+    trace: UnfinishedTable<TraceSample>,
+    events: UnfinishedTable<EventRow>,
 }
 
 impl TraceWriter {
@@ -257,8 +257,8 @@ impl TraceWriter {
         Ok(Self {
             folder: folder.to_path_buf(),
             period: label.period,
-            trace: TableFile::create(folder, TableKind::Trace, None, samples, &metadata)?,
-            events: TableFile::create(folder, TableKind::Events, None, events, &metadata)?,
+            trace: UnfinishedTable::create(folder, TableKind::Trace, None, samples, &metadata)?,
+            events: UnfinishedTable::create(folder, TableKind::Events, None, events, &metadata)?,
             metadata,
         })
     }

@@ -13,7 +13,9 @@ use super::chains::{transition_rows, transitions_table};
 use super::checksum::TableRecord;
 use super::columns::{poincare_rows, poincare_table, points_table, spectra_table, spectrum_rows};
 use super::covariant::list_length;
-use super::file::{ClosedTable, Row, Shard, TableFile, create_folder, remove_stale, table_path};
+use super::file::{
+    ClosedTable, Row, Shard, UnfinishedTable, create_folder, remove_stale, table_path,
+};
 use super::horizon::{horizon_rows, horizon_table};
 use super::layout::ResultLayout;
 use super::orbits::{orbit_rows, orbits_table};
@@ -33,7 +35,8 @@ impl Row for PointRow {
             found.exponents.len() + found.errors.len() + course
         });
         let covariant = self.covariant.as_ref().map_or(0, list_length);
-        let nvh = self.outcome.nvh.as_ref().map_or(0, |found| {
+        let nvh = self.outcome.nvh.as_ref().map_or(0, |nvh| {
+            let found = &nvh.values;
             // Each of these lists has a list of standard errors.
             let lists = [
                 &found.harmonics,
@@ -93,7 +96,7 @@ struct Destination {
 pub struct ResultWriter {
     destination: Destination,
     order: Reorder<PointRow>,
-    points: TableFile<PointRow>,
+    points: UnfinishedTable<PointRow>,
     /// The other tables, in the order in which they get their names.
     others: PointTables,
 }
@@ -112,7 +115,7 @@ trait PointTable: Send {
 
 /// A file, and the rows that a point adds to it.
 struct RowsOfPoint<R, F> {
-    file: TableFile<R>,
+    file: UnfinishedTable<R>,
     rows: F,
 }
 
@@ -186,7 +189,7 @@ impl Destination {
         R: Row + Send + 'static,
         F: Fn(&mut PointRow) -> Vec<R> + Send + 'static,
     {
-        let file = TableFile::create(&self.folder, kind, self.shard, table, metadata)?;
+        let file = UnfinishedTable::create(&self.folder, kind, self.shard, table, metadata)?;
         Ok(Some(Box::new(RowsOfPoint { file, rows })))
     }
 }
@@ -227,7 +230,7 @@ impl ResultWriter {
         };
         Ok(Self {
             order: Reorder::new(expected.into_iter()),
-            points: TableFile::create(folder, TableKind::Points, shard, points, &metadata)?,
+            points: UnfinishedTable::create(folder, TableKind::Points, shard, points, &metadata)?,
             others: destination.tables(layout)?,
             destination,
         })

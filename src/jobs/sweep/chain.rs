@@ -16,7 +16,7 @@ use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point::{PointResult, Worker, compute_point, row};
 use crate::analysis::{
-    Class, Interrupted, LyapunovConfig, NvhConfig, NvhErrors, PointOutcome, Signals, Status,
+    Class, Interrupted, LyapunovConfig, NvhConfig, NvhStatistics, PointOutcome, Signals, Status,
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
@@ -173,10 +173,11 @@ pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
 /// Mean and RMS of a point's deflection, if requested.
 fn level(outcome: &PointOutcome) -> Option<Level> {
     let nvh = outcome.nvh.as_ref()?;
-    let error = |pick: fn(&NvhErrors) -> f64| nvh.stderr.as_ref().map_or(0.0, pick);
+    let with_error =
+        |of: fn(&NvhStatistics) -> f64| [of(&nvh.values), nvh.stderr.as_ref().map_or(0.0, of)];
     Some(Level {
-        mean: [nvh.deflection_mean, error(|e| e.deflection_mean)],
-        rms: [nvh.deflection_rms, error(|e| e.deflection_rms)],
+        mean: with_error(|of| of.deflection_mean),
+        rms: with_error(|of| of.deflection_rms),
     })
 }
 

@@ -68,7 +68,7 @@ struct MeanLoad {
 /// Mesh tables that this job has loaded or computed. Most points of a grid share one.
 #[derive(Debug)]
 pub struct MeshTables {
-    common: Arc<Common>,
+    shared: Arc<Common>,
     /// Copies in the memory of one NUMA node, if its workers use copies.
     node_copies: Option<NodeCopies<String, MeshTableCycle>>,
 }
@@ -89,7 +89,7 @@ impl MeshTables {
     /// Tables that are stored in `store`.
     pub fn new(store: TableStore) -> Self {
         Self {
-            common: Arc::new(Common {
+            shared: Arc::new(Common {
                 store,
                 tables: SharedValues::new(MOST_TABLES),
                 tilts: SharedValues::new(MOST_TABLES),
@@ -104,7 +104,7 @@ impl MeshTables {
     /// Shares the tables with the workers of one NUMA node, which make copies of them.
     pub(super) fn on_node(&self) -> Self {
         Self {
-            common: self.common.clone(),
+            shared: self.shared.clone(),
             node_copies: Some(NodeCopies::default()),
         }
     }
@@ -118,7 +118,7 @@ impl MeshTables {
 
     /// Warnings about the cache, each once.
     pub fn warnings(&self) -> Vec<String> {
-        lock(&self.common.warnings).iter().cloned().collect()
+        lock(&self.shared.warnings).iter().cloned().collect()
     }
 
     /// The mesh of a point whose stiffness comes from the table of `spec`.
@@ -188,7 +188,7 @@ impl MeshTables {
     ) -> Result<TabledMesh, MeshError> {
         let tilts = spec.shaft_tilt.then(compliance);
         let key = format!("{spec:?} {load:?} {tilts:?} {harmonics:?}");
-        if let Some(mesh) = self.common.meshes.get(&key) {
+        if let Some(mesh) = self.shared.meshes.get(&key) {
             return Ok(mesh);
         }
         let force = flank_load(load.force)?;
@@ -222,7 +222,7 @@ impl MeshTables {
             tilt,
             under_load: Some(under_load(load.on_coast, &cycle, misalignment)),
         };
-        self.common.meshes.keep(key, &mesh);
+        self.shared.meshes.keep(key, &mesh);
         Ok(mesh)
     }
 
@@ -236,8 +236,8 @@ impl MeshTables {
         slices: usize,
     ) -> Result<TabledMesh, MeshError> {
         let misalignment = point.mesh.misalignment;
-        let signed = first_force(structure, point);
-        let force = signed.abs();
+        let signed_force = first_force(structure, point);
+        let force = signed_force.abs();
         let loaded = if force > 0.0 { force } else { structure.rated_force };
         let cycle = self.cycle(spec, spec.stiffness, misalignment, loaded)?;
         let mean_stiffness = cycle.mean_stiffness();
@@ -247,7 +247,7 @@ impl MeshTables {
             slices,
             force: loaded,
         };
-        let mut springs = springs.divisions(point, mean_stiffness, &self.common.springs)?;
+        let mut springs = springs.divisions(point, mean_stiffness, &self.shared.springs)?;
         Ok(TabledMesh {
             divisions: springs.alike.remove(0),
             further: springs.alike,
@@ -255,8 +255,13 @@ impl MeshTables {
             mean_stiffness,
             transmission_error: Vec::new(),
             tilt: None,
-            under_load: (force > 0.0)
-                .then(|| under_load(on_mirrored_flanks(point, signed), &cycle, misalignment)),
+            under_load: (force > 0.0).then(|| {
+                under_load(
+                    on_mirrored_flanks(point, signed_force),
+                    &cycle,
+                    misalignment,
+                )
+            }),
         })
     }
 
@@ -269,7 +274,7 @@ impl MeshTables {
         force: f64,
     ) -> Result<MisalignmentReport, MeshError> {
         let key = format!("{spec:?} {compliance:?} {unloaded:e} {force:e}");
-        if let Some(report) = self.common.tilts.get(&key) {
+        if let Some(report) = self.shared.tilts.get(&key) {
             return Ok(report);
         }
         let flanks = Flanks::new(&spec.gears)?;
@@ -296,7 +301,7 @@ impl MeshTables {
                 residual: last.map_or(f64::NAN, |step| step.residual),
             });
         }
-        self.common.tilts.keep(key, &report);
+        self.shared.tilts.keep(key, &report);
         Ok(report)
     }
 
@@ -346,7 +351,7 @@ impl MeshTables {
             format!("{gears:?} {contact:?} {face:?} {stiffness:?} {misalignment:e} {force:e}");
         let far = || {
             let inputs = inputs(spec, stiffness, misalignment, force);
-            (self.common).cycle(&key, gears, &inputs)
+            (self.shared).cycle(&key, gears, &inputs)
         };
         match &self.node_copies {
             None => far(),

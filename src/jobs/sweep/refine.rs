@@ -10,7 +10,7 @@
 //! An uncertain class is not compared: not converged, transient chaos, or chaos whose exponent is within its error of
 //! 0. On a map, a long period counts as quasi-periodic.
 
-use crate::analysis::{Class, NvhErrors, NvhOutcome};
+use crate::analysis::{Class, NvhStatistics};
 use crate::manifest::{Criterion, Refine};
 use crate::numerics::nested_grid::{Cell, NestedGrid, middle};
 use crate::store::PointRow;
@@ -190,20 +190,20 @@ fn verdict(row: &PointRow, longest_period: u32) -> Option<Class> {
 /// Value and standard error of a number of a point, if it has one; the error is 0 if the motion repeats.
 fn number(row: &PointRow, criterion: Criterion) -> Option<[f64; 2]> {
     let outcome = &row.outcome;
-    let nvh = |value: fn(&NvhOutcome) -> f64, error: fn(&NvhErrors) -> f64| {
+    let nvh = |of: fn(&NvhStatistics) -> f64| {
         let found = outcome.nvh.as_ref()?;
-        Some([value(found), found.stderr.as_ref().map_or(0.0, error)])
+        Some([of(&found.values), found.stderr.as_ref().map_or(0.0, of)])
     };
     let found = match criterion {
         Criterion::Class | Criterion::Period => None,
         Criterion::LambdaMax => (outcome.lyapunov.as_ref())
             .and_then(|found| Some([*found.exponents.first()?, found.stderr()])),
         Criterion::EventsPerCycle => outcome.events_per_cycle.map(|n| [n, 0.0]),
-        Criterion::DeflectionMean => nvh(|n| n.deflection_mean, |e| e.deflection_mean),
-        Criterion::DeflectionRms => nvh(|n| n.deflection_rms, |e| e.deflection_rms),
-        Criterion::ForceStd => nvh(|n| n.force_std, |e| e.force_std),
-        Criterion::ImpactRate => nvh(|n| n.impact_rate, |e| e.impact_rate),
-        Criterion::ImpactVelocity => nvh(|n| n.impact_velocity, |e| e.impact_velocity),
+        Criterion::DeflectionMean => nvh(|of| of.deflection_mean),
+        Criterion::DeflectionRms => nvh(|of| of.deflection_rms),
+        Criterion::ForceStd => nvh(|of| of.force_std),
+        Criterion::ImpactRate => nvh(|of| of.impact_rate),
+        Criterion::ImpactVelocity => nvh(|of| of.impact_velocity),
     };
     found.filter(|[value, error]| value.is_finite() && !error.is_nan())
 }

@@ -401,12 +401,12 @@ pub(super) struct Workers {
     pub obtained: String,
 }
 
-/// Upper limit of workers: four per hardware thread, so that other numbers can be tried. Each has the workspace of a
-/// point; more workers would only wait for memory and for each other.
+/// Upper limit of workers: four per hardware thread, but at least 32, so that other numbers can be tried. Each has the
+/// workspace of a point; more workers would only wait for memory and for each other.
 fn most_workers(hardware_threads: usize) -> usize {
     const A_HARDWARE_THREAD: usize = 4;
-    const ANYWHERE: usize = 32;
-    (A_HARDWARE_THREAD * hardware_threads).max(ANYWHERE)
+    const LEAST_LIMIT: usize = 32;
+    (A_HARDWARE_THREAD * hardware_threads).max(LEAST_LIMIT)
 }
 
 /// Starts the workers for these chains: the requested number, or one per core, but not more than the pieces of work or

@@ -17,17 +17,17 @@ use crate::numerics::random::Stream;
 const WARM: usize = 1 << 20;
 
 /// A ring through the first lines of a buffer: each contains the address of the next one.
-pub struct Chain {
+pub struct AddressRing {
     buffer: Buffer,
     at: u64,
 }
 
-impl Chain {
+impl AddressRing {
     /// A ring of one line.
     pub fn new(buffer: Buffer) -> Self {
-        let mut chain = Self { buffer, at: 0 };
-        chain.link(1, Walk::Pages);
-        chain
+        let mut ring = Self { buffer, at: 0 };
+        ring.link(1, Walk::Pages);
+        ring
     }
 
     /// Writes a ring through `count` lines, and goes to its start.
@@ -166,30 +166,30 @@ mod tests {
     fn a_chain_meets_every_line_once_and_comes_back() {
         for lines in [1, 10, 64, 128, 1000, 1024, 65 * 64] {
             for walk in [Walk::Pages, Walk::Hops] {
-                let mut chain = Chain::new(Buffer::new(lines + PAGE).unwrap());
-                chain.link(lines, walk);
-                let (first, mut changes) = (chain.place(), 0);
-                let ring = match walk {
+                let mut ring = AddressRing::new(Buffer::new(lines + PAGE).unwrap());
+                ring.link(lines, walk);
+                let (first, mut changes) = (ring.place(), 0);
+                let visited = match walk {
                     Walk::Pages => lines,
                     _ => lines / PAGE.min(lines) * PAGE.min(lines),
                 };
                 let mut was_visited = vec![false; lines];
-                for _ in 0..ring {
-                    let at = chain.place();
+                for _ in 0..visited {
+                    let at = ring.place();
                     assert!(
                         !std::mem::replace(&mut was_visited[at], true),
                         "{lines} {walk:?}"
                     );
-                    chain.follow(1);
-                    changes += usize::from(at / PAGE != chain.place() / PAGE);
+                    ring.follow(1);
+                    changes += usize::from(at / PAGE != ring.place() / PAGE);
                 }
-                assert_eq!(chain.place(), first, "{lines} {walk:?}");
+                assert_eq!(ring.place(), first, "{lines} {walk:?}");
                 // The walk goes to another page at the end of each page, or with every load.
                 let pages = lines.div_ceil(PAGE);
                 let wanted = match walk {
-                    _ if ring <= PAGE => 0,
+                    _ if visited <= PAGE => 0,
                     Walk::Pages => pages,
-                    _ => ring,
+                    _ => visited,
                 };
                 assert_eq!(changes, wanted, "{lines} {walk:?}");
             }
@@ -200,12 +200,12 @@ mod tests {
     #[test]
     fn hops_lead_through_all_pages_in_a_lap() {
         let pages = 7;
-        let mut chain = Chain::new(Buffer::new(pages * PAGE).unwrap());
-        chain.link(pages * PAGE, Walk::Hops);
+        let mut ring = AddressRing::new(Buffer::new(pages * PAGE).unwrap());
+        ring.link(pages * PAGE, Walk::Hops);
         let visited: Vec<usize> = (0..pages * PAGE)
             .map(|_| {
-                let page = chain.place() / PAGE;
-                chain.follow(1);
+                let page = ring.place() / PAGE;
+                ring.follow(1);
                 page
             })
             .collect();

@@ -129,10 +129,10 @@ fn chosen(text: &str) -> Option<String> {
 /// The hypervisor, if the machine is virtual: its name according to the system, the machine's
 /// vendor, or the processor.
 fn hypervisor(root: &Root, cpuinfo: &str) -> Option<String> {
-    let flagged = field(cpuinfo, "flags")
+    let has_hypervisor_flag = field(cpuinfo, "flags")
         .is_some_and(|flags| flags.split_whitespace().any(|flag| flag == "hypervisor"));
     let named = root.text("sys/hypervisor/type");
-    if !flagged && named.is_none() {
+    if !has_hypervisor_flag && named.is_none() {
         return None;
     }
     let maker = || {

@@ -1,6 +1,6 @@
 //! Latency: the time of a load on which the next load depends, over the size of the buffer.
 
-use super::chain::Chain;
+use super::chain::AddressRing;
 use super::error::MeasurementError;
 use super::measured::Measured;
 use super::memory;
@@ -23,9 +23,9 @@ pub fn measure(
     let most = sizes.iter().copied().max().unwrap_or(1);
     let prepare = |_| {
         if thread.node == node {
-            Chain::near(most, walk)
+            AddressRing::near(most, walk)
         } else {
-            Ok(Chain::new(memory::on_node(topology, node, most)?))
+            Ok(AddressRing::new(memory::on_node(topology, node, most)?))
         }
     };
     let results = team::work(
@@ -34,9 +34,9 @@ pub fn measure(
         sizes.len(),
         pace,
         prepare,
-        |chain, task| chain.write_ring(sizes[task], walk),
-        |chain, _| chain.follow(LOADS),
-        |chain| (chain.place() < most, ()),
+        |ring, task| ring.write_ring(sizes[task], walk),
+        |ring, _| ring.follow(LOADS),
+        |ring| (ring.place() < most, ()),
     )?;
     let checked = results.checked("a chain of loads")?;
     Ok(checked.per_unit(&vec![LOADS as f64; sizes.len()]).into())

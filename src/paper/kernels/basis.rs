@@ -135,7 +135,7 @@ impl Basis {
         follow(&a, &apart, &waves, &mut columns);
         let form = Form::assemble(
             generator,
-            &Parts {
+            &BasisParts {
                 a,
                 scale,
                 apart,
@@ -230,7 +230,7 @@ struct Form {
 }
 
 impl Form {
-    fn assemble(generator: &Generator, parts: &Parts) -> Self {
+    fn assemble(generator: &Generator, parts: &BasisParts) -> Self {
         let n = generator.layout().modes;
         let harmonics = generator.frequencies.len();
         let count = parts.waves.len();
@@ -365,7 +365,7 @@ impl Form {
 }
 
 /// The parts of a basis, in scaled coordinates.
-struct Parts {
+struct BasisParts {
     a: Mat<f64>,
     scale: Vec<f64>,
     /// Slow blocks without an effect on others.

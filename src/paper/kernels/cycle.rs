@@ -272,7 +272,7 @@ impl CellModel<'_> {
         self.set_carried(position, *contact, &mut w.state);
         let crossed = match self.event_grid {
             None => Some(exit.contact),
-            Some(_) => self.reclassified(position, *contact, &w.state),
+            Some(_) => self.contact_to_switch(position, *contact, &w.state),
         };
         let Some(crossed) = crossed else {
             return Ok(());
@@ -329,7 +329,12 @@ impl CellModel<'_> {
     }
 
     /// The contact that opens or closes first to agree with δ and δ'; `None` if all agree.
-    fn reclassified(&self, position: &Position, contact: ActiveSet, z: &[f64]) -> Option<usize> {
+    fn contact_to_switch(
+        &self,
+        position: &Position,
+        contact: ActiveSet,
+        z: &[f64],
+    ) -> Option<usize> {
         let generator = self.generator(position.cell, contact);
         let (deflection, rate) = (dot(&generator.deflection, z), dot(&generator.rate, z));
         let changes = |index: &usize| {

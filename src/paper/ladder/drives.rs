@@ -123,7 +123,9 @@ pub fn friction() -> Value {
         let never = AtomicBool::new(false);
         let found = investigate(model, kernel, start.clone(), config, &never);
         let nvh = found.expect("nobody calls it off").nvh;
-        nvh.expect("statistics of the deflection").deflection_rms
+        nvh.expect("statistics of the deflection")
+            .values
+            .deflection_rms
     }
     let fused = rms(&fused, &model, &start, &config);
     let stepping = rms(&stepping, &model, &start, &config);

@@ -109,7 +109,8 @@ impl<K: Kernel> AnyKernel for K {
                 &mut counters,
             );
         }
-        nvh.outcome().map_or(f64::NAN, |nvh| nvh.deflection_rms)
+        nvh.outcome()
+            .map_or(f64::NAN, |nvh| nvh.values.deflection_rms)
     }
 }
 

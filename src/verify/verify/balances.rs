@@ -8,18 +8,18 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let cycles = subjects.extent.pick(1000, 10_000) / kernel.one_of;
-        let (mut worst, mut served) = (0.0, 0);
+        let (mut worst, mut checked) = (0.0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
             if !kernel.supports(&model) {
                 continue;
             }
-            served += 1;
+            checked += 1;
             let start = drives::rattling(&model)?;
             let residual = kernel.on(&model)?.energy_residual(&model, &start, cycles)?;
             worst = worse(worst, residual.unwrap_or(f64::NAN));
         }
-        let drives = drives_of(served, subjects.cases.len());
+        let drives = drives_of(checked, subjects.cases.len());
         lines.push(Line::at_most(
             format!("{}: energy over {cycles} cycles, {drives}", kernel.name),
             "sum of the work of all forces",
@@ -38,7 +38,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let cycles: u64 = subjects.extent.pick(10_000, 100_000) / kernel.one_of;
-        let (mut worst, mut served, mut fit, mut windows) = (0.0, 0, 0, 0);
+        let (mut worst, mut checked, mut applicable, mut windows) = (0.0, 0, 0, 0);
         for case in &subjects.cases {
             let mut case = case.clone();
             case.drive.friction = 0.0;
@@ -47,7 +47,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             let [neutral] = model.neutral[..] else {
                 continue;
             };
-            fit += 1;
+            applicable += 1;
             if !kernel.supports(&model) {
                 continue;
             }
@@ -66,14 +66,14 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             for (found, exact) in [state[neutral], state[n + neutral]].iter().zip(&exact) {
                 worst = worse(worst, (found / exact - 1.0).abs());
             }
-            served += 1;
+            checked += 1;
             windows = windows.max(passage.counters.windows);
         }
         lines.push(Line::at_most(
             format!(
                 "{}: drift over {cycles} cycles, {}",
                 kernel.name,
-                drives_of(served, fit)
+                drives_of(checked, applicable)
             ),
             "free rotation",
             worst,

@@ -14,13 +14,13 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(200, 20_000);
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
-        let (mut unequal, mut served) = (0, 0);
+        let (mut unequal, mut checked) = (0, 0);
         for case in &subjects.cases {
             let model = case.model()?;
             if !kernel.supports(&model) {
                 continue;
             }
-            served += 1;
+            checked += 1;
             let start = drives::rattling(&model)?;
             let whole = kernel.on(&model)?.passage(&start, cycles)?.end;
             let middle = kernel.on(&model)?.passage(&start, cycles / 3)?.end;
@@ -35,7 +35,7 @@ pub fn resumed(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             format!(
                 "{}: {cycles} cycles without interruption, {}",
                 kernel.name,
-                drives_of(served, subjects.cases.len())
+                drives_of(checked, subjects.cases.len())
             ),
             "the same, interrupted and resumed",
             unequal as f64,

@@ -283,7 +283,7 @@ impl<K: Kernel + Sync> Propagator for K {
         let (Some(exponents), Some(nvh)) = (growth.exponents(), nvh.outcome()) else {
             return Ok(None);
         };
-        let [drive, _, coast, both] = nvh.fractions;
+        let [drive, _, coast, both] = nvh.values.fractions;
         Ok(Some(VolumeGrowth {
             sum: exponents.iter().sum(),
             contact: drive + coast + both,

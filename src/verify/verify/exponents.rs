@@ -76,12 +76,12 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             }
         }
     }
-    for (kernel, (worst, served)) in subjects.kernels.iter().zip(found) {
+    for (kernel, (worst, checked)) in subjects.kernels.iter().zip(found) {
         lines.push(Line::at_most(
             format!(
                 "{}: tangents through events, {}",
                 kernel.name,
-                drives_of(served, subjects.cases.len())
+                drives_of(checked, subjects.cases.len())
             ),
             "central differences of the reference",
             worst,
@@ -117,19 +117,19 @@ fn volume_cycles(subjects: &Subjects, kernel: &Candidate) -> u64 {
 /// Sum of all exponents through rattle, compared with the mean trace and the saltations.
 pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
-    let mut fit = 0;
+    let mut applicable = 0;
     for case in &subjects.cases {
         let model = case.model()?;
         if model.directions.len() > 1 {
             continue;
         }
-        fit += 1;
+        applicable += 1;
         let start = drives::rattling(&model)?;
-        for ((worst, served), kernel) in found.iter_mut().zip(&subjects.kernels) {
+        for ((worst, checked), kernel) in found.iter_mut().zip(&subjects.kernels) {
             if !kernel.supports(&model) {
                 continue;
             }
-            *served += 1;
+            *checked += 1;
             let cycles = volume_cycles(subjects, kernel);
             let growth = kernel.on(&model)?.volume_growth(&model, &start, cycles)?;
             let growth = growth.ok_or(CheckError::Missing { what: "exponents" })?;
@@ -137,13 +137,13 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             *worst = worse(*worst, deviation);
         }
     }
-    let line = |(kernel, (worst, served)): (&Candidate, (f64, usize))| {
+    let line = |(kernel, (worst, checked)): (&Candidate, (f64, usize))| {
         Line::at_most(
             format!(
                 "{}: sum of all exponents, {} cycles, {}",
                 kernel.name,
                 volume_cycles(subjects, kernel),
-                drives_of(served, fit)
+                drives_of(checked, applicable)
             ),
             "mean trace + ln det of saltations",
             worst,

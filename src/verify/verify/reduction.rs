@@ -28,7 +28,7 @@ pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
 fn rms(kernel: &dyn Propagator, model: &Model, cycles: u64) -> Result<f64, CheckError> {
     let settled = kernel.passage(&drives::rattling(model)?, TRANSIENT)?.end;
     let nvh = kernel.nvh(model, &settled, cycles)?;
-    Ok(nvh.map_or(f64::NAN, |nvh| nvh.deflection_rms))
+    Ok(nvh.map_or(f64::NAN, |nvh| nvh.values.deflection_rms))
 }
 
 /// RMS of the mesh deflection with all modes, with twenty, with twenty and residual flexibility.

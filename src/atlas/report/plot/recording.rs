@@ -9,7 +9,7 @@ use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 
 /// A change of contact state of the drive or the coast flank.
-pub(super) struct Change {
+pub(super) struct ContactChange {
     /// Mesh cycles since the start of the simulation.
     pub time: f64,
     /// Whether the drive flank changes its state; else the coast flank.
@@ -33,7 +33,7 @@ pub(super) struct Recording {
     pub half_gap: Option<f64>,
     /// Mesh period \[s\].
     pub period: Option<f64>,
-    pub changes: Vec<Change>,
+    pub changes: Vec<ContactChange>,
     units: BTreeMap<String, String>,
 }
 
@@ -110,7 +110,7 @@ fn times(table: &ResultTable) -> Result<Vec<f64>, StoreError> {
 }
 
 /// The changes of the two flanks. Further contacts have surfaces elsewhere, which the picture does not show.
-fn changes(events: &ResultTable) -> Result<Vec<Change>, StoreError> {
+fn changes(events: &ResultTable) -> Result<Vec<ContactChange>, StoreError> {
     let kinds = events.text("kind")?.into_iter();
     Ok(times(events)?
         .into_iter()
@@ -118,7 +118,7 @@ fn changes(events: &ResultTable) -> Result<Vec<Change>, StoreError> {
         .filter_map(|(time, kind)| {
             let kind = kind?;
             let (flank, change) = kind.split_once('_')?;
-            Some(Change {
+            Some(ContactChange {
                 time,
                 drive: flank == "drive",
                 entry: change == "entry",

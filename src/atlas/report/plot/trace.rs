@@ -5,7 +5,7 @@ use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, label_place};
 use super::picture::{Drawn, Picture};
-use super::recording::{Change, Recording};
+use super::recording::{ContactChange, Recording};
 use crate::report::numbers::number;
 
 const LEFT: f64 = 92.0;
@@ -107,7 +107,13 @@ fn curve(canvas: &mut Canvas, panel: &Panel, time: &[f64], values: &[f64]) {
 }
 
 /// Triangles on the flanks: filled where contact begins, hollow where it ends.
-fn mark_changes(canvas: &mut Canvas, panel: &Panel, changes: &[Change], time: &[f64], gap: f64) {
+fn mark_changes(
+    canvas: &mut Canvas,
+    panel: &Panel,
+    changes: &[ContactChange],
+    time: &[f64],
+    gap: f64,
+) {
     let [first, last] = range(time.iter().copied());
     let shown = changes.iter().filter(|c| (first..=last).contains(&c.time));
     for change in shown {
@@ -120,7 +126,7 @@ fn mark_changes(canvas: &mut Canvas, panel: &Panel, changes: &[Change], time: &[
 fn key(canvas: &mut Canvas, [x, y]: Place) {
     for (line, entry, name) in [(0.0, true, "contact begins"), (1.0, false, "contact ends")] {
         let at = [x + 5.0, y + 18.0 * line];
-        let change = Change {
+        let change = ContactChange {
             time: 0.0,
             drive: true,
             entry,
@@ -131,7 +137,7 @@ fn key(canvas: &mut Canvas, [x, y]: Place) {
 }
 
 /// A triangle that points out of the gap at an entry, into it at a release.
-fn triangle(canvas: &mut Canvas, at: Place, change: &Change) {
+fn triangle(canvas: &mut Canvas, at: Place, change: &ContactChange) {
     const SIZE: f64 = 4.5;
     // The drive flank is at the top, and y points down.
     let up = change.drive == change.entry;

@@ -10,7 +10,9 @@ use super::end::End;
 use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
-use super::path::{PathCondition, Span, Vector, WEIGHT, apart, guess, place, tangent};
+use super::path::{
+    LARGEST_DISTANCE, PathCondition, Span, Vector, WEIGHT, apart, guess, place, tangent,
+};
 
 /// Settings for the steps along a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,9 +49,6 @@ const FEW_STEPS: u32 = 3;
 
 /// Number of rejected steps after which the exact tangent replaces the last orbits as the guess for the next step.
 const FEW_REFUSALS: u32 = 2;
-
-/// Largest distance of an orbit from its guess, relative to the step.
-const OFF: f64 = 0.5;
 
 /// Longest step, relative to the parameter's interval, by which a branch of doubled period may reach the orbits of
 /// half its period. A longer step shows that Newton's method has left the branch.
@@ -314,7 +313,7 @@ fn advance(
     let unit = map.unit();
     let strays = orbit.repeats_sooner(unit) && !last.repeats_sooner(unit) && step > HOMECOMING;
     // Written so that NaN is rejected.
-    let fits = angle <= LARGEST_ANGLE && away.length() <= OFF * step;
+    let fits = angle <= LARGEST_ANGLE && away.length() <= LARGEST_DISTANCE * step;
     if !fits || strays {
         return Err(End::Corner);
     }
@@ -394,7 +393,7 @@ fn at_the_end(
     let orbit = place(map, span, inside, &guess, PathCondition::Parameter)
         .map_err(|reason| End::Lost { reason })?;
     let off = WEIGHT / inside.size() * distance(&orbit.u, &guess.u);
-    if off <= OFF * apart(span, inside, outside) {
+    if off <= LARGEST_DISTANCE * apart(span, inside, outside) {
         Ok(orbit)
     } else {
         Err(End::Corner)

@@ -7,7 +7,7 @@
 use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
 use super::orbit::{Orbit, OrbitCondition, distance, find};
-use super::path::{PathCondition, Span, Vector, guess, place_bare, tangent};
+use super::path::{LARGEST_DISTANCE, PathCondition, Span, Vector, guess, place_bare, tangent};
 
 /// Accuracy to which a bifurcation is located, relative to the parameter's interval.
 const LOCATED: f64 = 1e-12;
@@ -141,10 +141,6 @@ pub(super) fn merging(
     Some((newer.2, *s_b, bracket))
 }
 
-/// Largest distance of an orbit from the chord of its bracket, relative to the chord. A more distant orbit belongs to
-/// another branch.
-const OFF: f64 = 0.5;
-
 /// Fractions of a bracket at which an orbit is sought, in order, if there is none at the first choice.
 const PARTS: [f64; 4] = [0.5, 0.3, 0.7, 0.1];
 
@@ -258,6 +254,7 @@ fn inside(
             let cosine = along.cosine(&chord);
             let place = cosine * along.length() / chord.length();
             let off = (1.0 - cosine * cosine).max(0.0).sqrt() * along.length();
-            (place > 0.0 && place < 1.0 && off <= OFF * chord.length()).then_some((s, orbit))
+            (place > 0.0 && place < 1.0 && off <= LARGEST_DISTANCE * chord.length())
+                .then_some((s, orbit))
         })
 }

@@ -11,6 +11,10 @@ pub(super) const WEIGHT: f64 = 0.1;
 /// search uses a plane across the branch.
 const STEEP: f64 = 0.15;
 
+/// Largest distance of an orbit from its guess or from the chord of its bracket, relative to the step or the chord. A
+/// more distant orbit belongs to another branch.
+pub(super) const LARGEST_DISTANCE: f64 = 0.5;
+
 /// Largest number of orbits in a polynomial guess.
 const MOST_KNOTS: usize = 4;
 

@@ -42,7 +42,7 @@ pub fn orbits<F: ParametricDrive>(
     };
     // After a chaotic transient, round-off decides which orbit is reached. More trajectories therefore start farther
     // out.
-    let others = WIDER.map(|factor| widened(&path, factor));
+    let others = DISTANCE_FACTORS.map(|factor| widened(&path, factor));
     let mut paths = vec![path];
     for start in others {
         let start = map.state(&start);
@@ -86,7 +86,7 @@ pub fn take(
 }
 
 /// Factors on the last state's distance from the mean of the trajectory, for the additional starts.
-const WIDER: [f64; 3] = [-1.0, 2.0, -3.0];
+const DISTANCE_FACTORS: [f64; 3] = [-1.0, 2.0, -3.0];
 
 /// The state at `factor` times the last state's distance from the mean of a path.
 fn widened(path: &[Vec<f64>], factor: f64) -> Vec<f64> {

@@ -9,7 +9,7 @@ use crate::numerics::linalg::eigenpair;
 use num_complex::Complex64;
 
 /// Distances from the bifurcation, in sizes of the motion, at which the first orbit of a branch is sought.
-const AWAY: [f64; 9] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 1e-5, 2e-6, 0.1, 0.3];
+const START_DISTANCES: [f64; 9] = [1e-3, 5e-3, 2e-4, 2e-2, 5e-5, 1e-5, 2e-6, 0.1, 0.3];
 
 /// Reasons why a branch that begins at a bifurcation is not found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -70,7 +70,7 @@ fn first(
     side: f64,
 ) -> Result<Orbit, NoBranch> {
     let mut fault = None;
-    for away in AWAY.map(|away| away * here.size()) {
+    for away in START_DISTANCES.map(|away| away * here.size()) {
         let guess: Vec<f64> = (here.u.iter().zip(direction))
             .map(|(u, v)| u + side * away * v)
             .collect();

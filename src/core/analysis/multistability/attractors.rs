@@ -49,7 +49,7 @@ impl Attractors {
             lambda: lyapunov.and_then(|l| l.exponents.first().copied()),
             lambda_stderr: lyapunov.map(|l| l.stderr()),
             chaos_lifetime_low: None,
-            deflection_rms: nvh.map(|n| n.deflection_rms),
+            deflection_rms: nvh.map(|n| n.values.deflection_rms),
             force_peak: nvh.map(|n| n.force_peak),
             events_per_cycle: outcome.events_per_cycle,
             probes: 0,

@@ -304,7 +304,7 @@ fn outcome(
         attractor,
         lambda: lyapunov.and_then(|l| l.exponents.first().copied()),
         lambda_stderr: lyapunov.map(|l| l.stderr()),
-        deflection_rms: nvh.map(|n| n.deflection_rms),
+        deflection_rms: nvh.map(|n| n.values.deflection_rms),
         force_peak: nvh.map(|n| n.force_peak),
         events_per_cycle: found.events_per_cycle,
         cycles: found.cycles,

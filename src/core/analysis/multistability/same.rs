@@ -129,7 +129,10 @@ impl Attractor {
                 series(&|_, velocity| (scale * model.period() * velocity).powi(2)),
             ],
             rms_and_event_rate: [
-                outcome.nvh.as_ref().map_or(0.0, |nvh| nvh.deflection_rms),
+                outcome
+                    .nvh
+                    .as_ref()
+                    .map_or(0.0, |nvh| nvh.values.deflection_rms),
                 outcome.events_per_cycle.unwrap_or(0.0),
             ],
         };

@@ -2,7 +2,7 @@
 
 use super::sample::Sample;
 use super::sums::Sums;
-use crate::model::{Flanks, Model, Release};
+use crate::model::{FlankState, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
@@ -67,8 +67,8 @@ impl Contacts {
     /// present stretch.
     pub(super) fn event(&mut self, event: &Event, (place, side): (usize, f64), sums: &mut Sums) {
         let now = (event.cycle, event.time);
-        let touching = event.to.flanks() != Flanks::Free;
-        if touching != (event.from.flanks() != Flanks::Free) {
+        let touching = event.to.flanks() != FlankState::Free;
+        if touching != (event.from.flanks() != FlankState::Free) {
             if let Some((then, touched)) = self.last {
                 self.stay(touched, self.between(then, now), sums);
             }

@@ -6,7 +6,7 @@
 
 use super::rule::NodeValues;
 use crate::analysis::modal_series::{Series, TERMS, padded};
-use crate::analysis::outcome::{NvhErrors, NvhOutcome};
+use crate::analysis::outcome::NvhStatistics;
 use crate::model::{COAST_FLANK, DRIVE_FLANK, Model, Rolling};
 use crate::numerics::legendre::{
     at_end, at_start, derivative, evaluate_with_derivatives, transforms24, variation,
@@ -66,22 +66,26 @@ impl Losses {
         }
     }
 
-    /// Writes the statistics from the mean losses \[W\] of all contacts; `outcome` already has the mean force.
-    pub fn write_statistics(&self, losses: Vec<f64>, outcome: &mut NvhOutcome) {
+    /// Writes the statistics from the mean losses \[W\] of all contacts; `values` already have the mean force.
+    pub fn write_statistics(&self, losses: Vec<f64>, values: &mut NvhStatistics) {
         let loss = losses[DRIVE_FLANK] + losses[COAST_FLANK];
-        let through = self.rolling.base_speed * outcome.force_mean;
-        outcome.friction_coefficient = Some(self.rolling.friction);
-        outcome.power_transmitted = Some(through);
-        outcome.power_loss = Some(loss);
-        outcome.contact_loss = losses;
-        outcome.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
+        let through = self.rolling.base_speed * values.force_mean;
+        values.power_transmitted = Some(through);
+        values.power_loss = Some(loss);
+        values.contact_loss = losses;
+        values.efficiency = (through != 0.0).then(|| 1.0 - loss / through.abs());
     }
 
     /// Writes the standard errors, from those of the mean force, of the mean loss and of their quotient.
-    pub fn write_errors(&self, quotient: f64, loss: f64, errors: &mut NvhErrors) {
-        errors.power_transmitted = self.rolling.base_speed * errors.force_mean;
-        errors.power_loss = loss;
-        errors.efficiency = quotient;
+    pub fn write_errors(&self, quotient: f64, loss: f64, errors: &mut NvhStatistics) {
+        errors.power_transmitted = Some(self.rolling.base_speed * errors.force_mean);
+        errors.power_loss = Some(loss);
+        errors.efficiency = Some(quotient);
+    }
+
+    /// Coulomb friction coefficient of the flanks.
+    pub fn friction(&self) -> f64 {
+        self.rolling.friction
     }
 
     /// Power through the mesh divided by the mean force \[m/s\].

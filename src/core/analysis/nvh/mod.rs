@@ -21,7 +21,7 @@ mod sample;
 mod sums;
 
 use super::modal_series::{Series, padded};
-use super::outcome::{DurationOutcome, NvhErrors, NvhOutcome};
+use super::outcome::{NvhOutcome, NvhStatistics};
 use crate::model::{Model, Release};
 use crate::numerics::statistics::{FEWEST_VALUES, standard_error};
 use crate::propagate::{Event, InstructionSet, Observer, Window};
@@ -197,73 +197,78 @@ impl Nvh {
         if self.repeats.is_some() {
             (closed.to_mut().contacts).close_circle(first, present + 1, &mut total);
         }
-        let mut found = sums::statistics(&total, self.origin);
-        found.cycles = closed.over;
+        let mut values = sums::statistics(&total, self.origin);
         let extremes = closed.peaks.record();
-        let mean = found.deflection_mean;
-        found.deflection_pp = extremes.largest - extremes.smallest;
-        found.deflection_peak = extremes.reach(mean);
-        found.deflection_crest = ratio(found.deflection_peak, found.deflection_rms);
-        found.force_peak = extremes.force;
+        let mean = values.deflection_mean;
         let peaks = |of: fn(&Extremes, f64) -> f64| -> (Vec<f64>, Vec<f64>) {
             let found = (closed.peaks).quantiles(self.repeats, |cycle| of(cycle, mean));
             found.into_iter().flatten().unzip()
         };
         let deflection_peak_errors;
-        (found.deflection_peak_quantiles, deflection_peak_errors) = peaks(Extremes::reach);
+        (values.deflection_peak_quantiles, deflection_peak_errors) = peaks(Extremes::reach);
         let force_peak_errors;
-        (found.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
+        (values.force_peak_quantiles, force_peak_errors) = peaks(|cycle, _| cycle.force);
         if let Some(losses) = &self.losses {
             let of_contacts = total
                 .contacts
                 .iter()
                 .map(|contact| contact.loss / total.time);
-            losses.write_statistics(of_contacts.collect(), &mut found);
+            losses.write_statistics(of_contacts.collect(), &mut values);
         }
-        found.impact_velocity_max = closed.contacts.fastest();
-
         let speeds = QUANTILES.map(|share| closed.contacts.speed(share));
         if let [Some(a), Some(b), Some(c)] = speeds {
-            found.impact_velocity_quantiles = vec![a.0, b.0, c.0];
+            values.impact_velocity_quantiles = vec![a.0, b.0, c.0];
         }
         let medians = closed.contacts.medians();
-        let stay = |[count, time]: [f64; 2], median: Option<(f64, f64)>| DurationOutcome {
-            count: count as u64,
-            mean: (count > 0.0).then(|| time / count),
-            median: median.map(|(value, _)| value),
-        };
-        found.flights = stay(total.flights, medians[0]);
-        found.contacts = stay(total.touches, medians[1]);
+        let mean_of = |[count, time]: [f64; 2]| (count > 0.0).then(|| time / count);
+        values.flight_mean = mean_of(total.flights);
+        values.contact_mean = mean_of(total.touches);
+        [values.flight_median, values.contact_median] = medians.map(|median| Some(median?.0));
 
         let mut suborder_errors = Vec::new();
         if let Some(Fourier { suborders, .. }) = &closed.fourier {
-            found.suborders = match self.repeats {
+            values.suborders = match self.repeats {
                 Some(period) => suborders.of_periodic(period, total.time),
                 None => {
-                    let [values, errors] = suborders.of_windows(standard_error);
+                    let [rms, errors] = suborders.of_windows(standard_error);
                     suborder_errors = errors;
-                    values
+                    rms
                 }
             };
         }
         let stretches = closed.stretches.complete();
-        if self.repeats.is_none() && stretches.len() >= FEWEST_VALUES {
+        let has_errors = self.repeats.is_none() && stretches.len() >= FEWEST_VALUES;
+        let stderr = has_errors.then(|| {
             let error = |known: Option<(f64, f64)>| known.map_or(f64::INFINITY, |(_, e)| e);
-            found.stderr = Some(NvhErrors {
+            NvhStatistics {
                 suborders: suborder_errors,
                 deflection_peak_quantiles: deflection_peak_errors,
                 force_peak_quantiles: force_peak_errors,
-                impact_velocity_quantiles: if found.impact_velocity_quantiles.is_empty() {
+                impact_velocity_quantiles: if values.impact_velocity_quantiles.is_empty() {
                     Vec::new()
                 } else {
                     speeds.map(error).to_vec()
                 },
-                flight_median: error(medians[0]),
-                contact_median: error(medians[1]),
+                flight_median: Some(error(medians[0])),
+                contact_median: Some(error(medians[1])),
                 ..sums::errors(stretches, &total, self.origin, self.losses.as_ref())
-            });
-        }
-        Some(found)
+            }
+        });
+        let deflection_peak = extremes.reach(mean);
+        Some(NvhOutcome {
+            cycles: closed.over,
+            deflection_pp: extremes.largest - extremes.smallest,
+            deflection_peak,
+            deflection_crest: ratio(deflection_peak, values.deflection_rms),
+            force_peak: extremes.force,
+            friction_coefficient: self.losses.as_ref().map(Losses::friction),
+            impacts: [0, 1].map(|flank| total.contacts[flank].impacts as u64),
+            impact_velocity_max: closed.contacts.fastest(),
+            flights: total.flights[0] as u64,
+            contacts: total.touches[0] as u64,
+            values,
+            stderr,
+        })
     }
 
     /// Counts the last integrated cycle, which is complete although no later window follows.

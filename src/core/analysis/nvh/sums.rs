@@ -6,8 +6,8 @@
 
 use super::block_sums::Summable;
 use super::losses::Losses;
-use crate::analysis::outcome::{NvhErrors, NvhOutcome};
-use crate::model::{COAST_FLANK, DRIVE_FLANK, Flanks};
+use crate::analysis::outcome::NvhStatistics;
+use crate::model::{COAST_FLANK, DRIVE_FLANK, FlankState};
 use crate::numerics::statistics::standard_error;
 use num_complex::Complex64;
 
@@ -21,7 +21,7 @@ pub(super) struct Sums {
     /// ∫ (F − centre)^j dt, j = 1, 2.
     pub force: [f64; 2],
     /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
-    pub times: [f64; Flanks::COUNT],
+    pub times: [f64; FlankState::COUNT],
     /// Sum of δ'² at entries into contact on both flanks \[m²/s²\].
     pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
@@ -136,7 +136,7 @@ fn central([m1, m2, m3, m4]: [f64; 4]) -> [f64; 2] {
 }
 
 /// The statistics that follow from sums alone; extremes and distributions are left at zero.
-pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
+pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhStatistics {
     let moments = sums.moments.map(|m| m / sums.time);
     let [variance, fourth] = central(moments);
     let [force_first, force_square] = sums.force.map(|f| f / sums.time);
@@ -144,7 +144,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
     let each = |of: fn(&ContactSums) -> f64| -> Vec<f64> {
         (sums.contacts.iter().map(|contact| of(contact) / sums.time)).collect()
     };
-    NvhOutcome {
+    NvhStatistics {
         deflection_mean: origin.centre[0] + origin.half_gap * moments[0],
         deflection_rms: origin.half_gap * variance.sqrt(),
         deflection_kurtosis: ratio(fourth, variance * variance),
@@ -153,7 +153,6 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
             .collect(),
         force_mean: origin.centre[1] + force_first,
         force_std: (force_square - force_first * force_first).max(0.0).sqrt(),
-        impacts: [0, 1].map(|flank| sums.contacts[flank].impacts as u64),
         impact_rate: impacts / sums.time,
         impact_velocity: ratio(impact_speed, impacts),
         impact_power: 0.5 * origin.effective_mass * sums.impact_square / sums.time,
@@ -163,7 +162,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhOutcome {
         contact_fraction: each(|contact| contact.closed),
         contact_impact_rate: each(|contact| contact.impacts),
         contact_rattle_index: each(|contact| contact.speed),
-        ..NvhOutcome::default()
+        ..NvhStatistics::default()
     }
 }
 
@@ -277,7 +276,7 @@ pub(super) fn errors(
     total: &Sums,
     origin: Origin,
     losses: Option<&Losses>,
-) -> NvhErrors {
+) -> NvhStatistics {
     let half_gap = origin.half_gap;
     let all = Influence::of(total);
     // Standard error of the mean over stretches of a weighted sum of their time averages.
@@ -299,7 +298,7 @@ pub(super) fn errors(
             .collect()
     };
     let harmonics = (0..total.harmonics.len()).map(|h| error(&|s| all.harmonic(s, h)));
-    let mut nvh_errors = NvhErrors {
+    let mut errors = NvhStatistics {
         deflection_mean: half_gap * error(&|s| s.moments[0]),
         deflection_rms: half_gap * error(&|s| all.rms(s)),
         deflection_kurtosis: error(&|s| {
@@ -317,21 +316,18 @@ pub(super) fn errors(
         impact_velocity: of_quotient(&impact_speed),
         impact_power: 0.5 * origin.effective_mass * error(&|s| s.impact_square),
         rattle_index: error(&|s| impact_speed(s)[0]),
-        flight_mean: of_quotient(&|s| [s.flights[1], s.flights[0]]),
-        contact_mean: of_quotient(&|s| [s.touches[1], s.touches[0]]),
+        flight_mean: Some(of_quotient(&|s| [s.flights[1], s.flights[0]])),
+        contact_mean: Some(of_quotient(&|s| [s.touches[1], s.touches[0]])),
         fractions: [0, 1, 2, 3].map(|i| error(&|s| s.times[i])),
-        power_loss: f64::INFINITY,
-        power_transmitted: f64::INFINITY,
-        efficiency: f64::INFINITY,
-        ..NvhErrors::default()
+        ..NvhStatistics::default()
     };
     if let Some(losses) = losses {
         // Power through the mesh is positive in its mean direction.
         let through = |s: &Sums| losses.base_speed() * (s.force[0] + origin.centre[1] * s.time);
         let sense = through(total).signum();
         let quotient = of_quotient(&|s| [s.loss_of_first(), sense * through(s)]);
-        nvh_errors.contact_loss = each(|contact| contact.loss);
-        losses.write_errors(quotient, error(&|s| s.loss_of_first()), &mut nvh_errors);
+        errors.contact_loss = each(|contact| contact.loss);
+        losses.write_errors(quotient, error(&|s| s.loss_of_first()), &mut errors);
     }
-    nvh_errors
+    errors
 }

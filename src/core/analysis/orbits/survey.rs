@@ -126,9 +126,9 @@ pub fn survey<K: Kernel>(
         found: Vec::new(),
     };
     let mut missed = Vec::new();
-    let in_cycles = |period: &u32| {
-        let is_whole = unit.is_none_or(|unit| period.is_multiple_of(unit));
-        if is_whole { *period } else { period * unit.unwrap_or(1) }
+    let in_cycles = |period: &u32| match unit {
+        Some(unit) if !period.is_multiple_of(unit) => period * unit,
+        _ => *period,
     };
     let mut periods: Vec<u32> = config.periods.iter().map(in_cycles).collect();
     periods.sort_unstable();

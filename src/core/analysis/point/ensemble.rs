@@ -12,7 +12,7 @@ use crate::analysis::course::course;
 use crate::analysis::dimension::kaplan_yorke;
 use crate::analysis::evidence::{ChaosAverages, ChaosOutcome, EvidenceOutcome, GrowthRecord};
 use crate::analysis::outcome::{
-    Class, LyapunovMethod, LyapunovOutcome, NvhErrors, NvhOutcome, PointOutcome, Status,
+    Class, LyapunovMethod, LyapunovOutcome, NvhStatistics, PointOutcome, Status,
 };
 use crate::analysis::torus::{self, Torus};
 use crate::analysis::twin::Twin;
@@ -450,15 +450,15 @@ fn before(chaos: &ChaosOutcome) -> String {
 fn chaos_averages(all: &Record) -> Option<ChaosAverages> {
     let averages = all.averages()?.values();
     let nvh = all.watch.statistics();
-    let pair = |value: fn(&NvhOutcome) -> f64, error: fn(&NvhErrors) -> f64| {
+    let pair = |of: fn(&NvhStatistics) -> f64| {
         let outcome = nvh.as_ref()?;
-        Some([value(outcome), error(outcome.stderr.as_ref()?)])
+        Some([of(&outcome.values), of(outcome.stderr.as_ref()?)])
     };
     Some(ChaosAverages {
         lambda: [mean(averages), standard_error(averages)],
-        deflection_rms: pair(|n| n.deflection_rms, |e| e.deflection_rms),
-        force_std: pair(|n| n.force_std, |e| e.force_std),
-        impact_velocity: pair(|n| n.impact_velocity, |e| e.impact_velocity),
+        deflection_rms: pair(|of| of.deflection_rms),
+        force_std: pair(|of| of.force_std),
+        impact_velocity: pair(|of| of.impact_velocity),
     })
 }
 

@@ -16,7 +16,7 @@ pub(super) const DISPLACEMENT: f64 = 1e-3;
 const GAPS: u64 = 40;
 
 /// Ratio of the pilot's cycles between two branches to the cycles of a branch that are discarded.
-const PARTS: u64 = 5;
+const GAP_OVER_PART: u64 = 5;
 
 /// The plan of a point.
 #[derive(Debug, Clone, Copy)]
@@ -46,7 +46,7 @@ impl Plan {
             trajectories: if several { TRAJECTORIES } else { 1 },
             first,
             gap,
-            part: gap / PARTS,
+            part: gap / GAP_OVER_PART,
             budget,
         }
     }

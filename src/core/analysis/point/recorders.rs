@@ -3,8 +3,8 @@
 use crate::analysis::config::PointConfig;
 use crate::analysis::nvh::Nvh;
 use crate::analysis::orders::Orders;
-use crate::analysis::outcome::NvhOutcome;
-use crate::analysis::outputs::Outputs;
+use crate::analysis::outcome::{NvhOutcome, NvhStatistics};
+use crate::analysis::outputs::{OutputStatistics, Outputs};
 use crate::analysis::poincare::{Poincare, Section};
 use crate::analysis::power::Power;
 use crate::analysis::precision::{LeastPrecise, SignalSize, loosest};
@@ -100,33 +100,32 @@ impl Recorders {
     pub(super) fn statistics(&self) -> Option<NvhOutcome> {
         let mut nvh = self.nvh.as_ref()?.outcome()?;
         if let Some(outputs) = &self.outputs {
-            let [bearings, bearing_errors] = outputs.statistics(Quantity::BearingForce);
-            let [torques, torque_errors] = outputs.statistics(Quantity::Torque);
-            let [places, place_errors] = outputs.statistics(Quantity::Acceleration);
-            let [bodies, body_errors] = outputs.statistics(Quantity::AngularAcceleration);
-            let [deflections, deflection_errors] = outputs.statistics(Quantity::MeshDeflection);
-            let [forces, force_errors] = outputs.statistics(Quantity::MeshForce);
-            nvh.mesh_deflection_rms = deflections.rms;
-            nvh.mesh_force_rms = forces.rms;
-            nvh.bearing_mean = bearings.mean;
-            nvh.bearing_rms = bearings.rms;
-            nvh.torque_mean = torques.mean;
-            nvh.torque_rms = torques.rms;
-            nvh.acceleration_rms = places.rms;
-            nvh.angular_acceleration_rms = bodies.rms;
-            if let Some(stderr) = &mut nvh.stderr {
-                stderr.mesh_deflection_rms = deflection_errors.rms;
-                stderr.mesh_force_rms = force_errors.rms;
-                stderr.bearing_mean = bearing_errors.mean;
-                stderr.bearing_rms = bearing_errors.rms;
-                stderr.torque_mean = torque_errors.mean;
-                stderr.torque_rms = torque_errors.rms;
-                stderr.acceleration_rms = place_errors.rms;
-                stderr.angular_acceleration_rms = body_errors.rms;
-            }
+            let mut take = |quantity, into: fn(&mut NvhStatistics, OutputStatistics)| {
+                let [values, errors] = outputs.statistics(quantity);
+                into(&mut nvh.values, values);
+                if let Some(stderr) = &mut nvh.stderr {
+                    into(stderr, errors);
+                }
+            };
+            take(Quantity::BearingForce, |all, of| {
+                (all.bearing_mean, all.bearing_rms) = (of.mean, of.rms);
+            });
+            take(Quantity::Torque, |all, of| {
+                (all.torque_mean, all.torque_rms) = (of.mean, of.rms);
+            });
+            take(Quantity::Acceleration, |all, of| {
+                all.acceleration_rms = of.rms
+            });
+            take(Quantity::AngularAcceleration, |all, of| {
+                all.angular_acceleration_rms = of.rms
+            });
+            take(Quantity::MeshDeflection, |all, of| {
+                all.mesh_deflection_rms = of.rms
+            });
+            take(Quantity::MeshForce, |all, of| all.mesh_force_rms = of.rms);
         }
         if let Some([power, errors]) = self.power.as_ref().and_then(Power::outcome) {
-            nvh.power = Some(power);
+            nvh.values.power = Some(power);
             if let Some(stderr) = &mut nvh.stderr {
                 stderr.power = Some(errors);
             }

@@ -1,7 +1,7 @@
 //! Orders and levels over stretches of some revolutions with half overlap.
 
 use super::RunUpConfig;
-use crate::model::Flanks;
+use crate::model::FlankState;
 use crate::numerics::fourier::hann;
 use crate::propagate::varying_speed::MovingEvent;
 use num_complex::Complex64;
@@ -19,7 +19,7 @@ pub(super) struct Phases {
     /// Time of each sample \[s\].
     pub times: Vec<f64>,
     /// Closed flanks at each sample.
-    pub contacts: Vec<Flanks>,
+    pub contacts: Vec<FlankState>,
 }
 
 /// A signal at an order, at one speed of the run-up.
@@ -58,7 +58,7 @@ pub struct Level {
     /// Smallest and largest value.
     pub range: [f64; 2],
     /// Shares of the rotation on the drive flank, in free flight, on the coast flank, and on both.
-    pub fractions: [f64; Flanks::COUNT],
+    pub fractions: [f64; FlankState::COUNT],
     /// Closings of contacts per mesh cycle.
     pub closings: f64,
 }
@@ -152,7 +152,7 @@ pub(super) fn levels(
         });
         let closes = |event: &&MovingEvent| event.to.holds(event.contact);
         let closings = events[first..end].iter().filter(closes).count();
-        let mut fractions = [0.0; Flanks::COUNT];
+        let mut fractions = [0.0; FlankState::COUNT];
         for flanks in &phases.contacts[range.clone()] {
             fractions[flanks.index()] += 1.0 / length as f64;
         }
@@ -210,7 +210,7 @@ mod tests {
                     .collect(),
             ],
             times: (0..count).map(|k| k as f64 * 1e-4).collect(),
-            contacts: vec![Flanks::Drive; count],
+            contacts: vec![FlankState::Drive; count],
         };
         let blocks = Blocks::new(&config, &phases, teeth);
         let found = orders(&config, &phases, &blocks, teeth);

@@ -8,8 +8,8 @@ use super::{RunUp, RunUpConfig};
 use crate::analysis::Interrupted;
 use crate::model::TrajectoryState;
 use crate::propagate::varying_speed::{
-    Instant, Motion, MotionObserver, MovingEvent, MovingSignal, MovingWindow, SpeedInterval,
-    VaryingSpeed, place_of, value,
+    Instant, Motion, MotionObserver, MovingEvent, MovingSignal, SpeedInterval, VaryingSpeed,
+    VaryingSpeedWindow, place_of, value,
 };
 use crate::propagate::{Counters, Stop};
 use std::sync::atomic::AtomicBool;
@@ -113,7 +113,7 @@ struct Recorder<'a> {
 }
 
 impl MotionObserver for Recorder<'_> {
-    fn window(&mut self, window: &MovingWindow<'_>) {
+    fn window(&mut self, window: &VaryingSpeedWindow<'_>) {
         let per_cycle = self.phases.per_cycle as f64;
         let next_instant =
             |taken: usize| (taken as f64 / self.rate - window.time) / window.duration;

@@ -19,9 +19,9 @@ pub trait DerivativeObserver {
     /// Takes a window.
     fn window(&mut self, derivative: &WindowDerivative<'_>);
 
-    /// Takes a jump of the mesh force by `jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\]
+    /// Takes a jump of the mesh force by `force_jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\]
     /// per unit of the parameter.
-    fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64);
+    fn jump(&mut self, cycle: u64, time: f64, moved: f64, force_jump: f64);
 }
 
 /// No observer.

@@ -224,8 +224,8 @@ impl DerivativeObserver for Sums {
         }
     }
 
-    fn jump(&mut self, cycle: u64, time: f64, moved: f64, jump: f64) {
-        self.force[1] -= jump * moved;
+    fn jump(&mut self, cycle: u64, time: f64, moved: f64, force_jump: f64) {
+        self.force[1] -= force_jump * moved;
         // The end of the peak moves once, even if several contacts jump at this time.
         let ends =
             (self.peak_end).filter(|&(at, end, _)| self.is_same_time((at, end), (cycle, time)));

@@ -35,7 +35,7 @@ use std::f64::consts::FRAC_PI_2;
 const ON_SURFACE: f64 = 1e-7;
 
 /// Terms of the Legendre series of a block's exponential on a window, and of the response to an impulse.
-const KERNEL_TERMS: usize = 32;
+const IMPULSE_RESPONSE_TERMS: usize = 32;
 
 /// The derivative of a trajectory by a parameter, window after window.
 #[derive(Debug)]
@@ -280,8 +280,8 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         for (direction, kick) in kicks {
             push(&self.model.directions[direction], kick, n, &mut self.state);
         }
-        for (moved, jump) in jumps {
-            self.witness.jump(self.cycle, self.time, moved, jump);
+        for (moved, force_jump) in jumps {
+            self.witness.jump(self.cycle, self.time, moved, force_jump);
         }
     }
 
@@ -299,7 +299,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         let tau = window.duration;
         let period = self.model.period();
         let order = closed.len() * TERMS;
-        let mut exponentials = vec![[Complex64::ZERO; KERNEL_TERMS]; self.model.modes()];
+        let mut exponentials = vec![[Complex64::ZERO; IMPULSE_RESPONSE_TERMS]; self.model.modes()];
         for (block, out) in self.model.blocks.iter().zip(&mut exponentials) {
             block.exponential(tau, out);
         }
@@ -345,9 +345,9 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         &self,
         observed: usize,
         pushed: usize,
-        exponentials: &[[Complex64; KERNEL_TERMS]],
-    ) -> [f64; KERNEL_TERMS] {
-        let mut out = [0.0; KERNEL_TERMS];
+        exponentials: &[[Complex64; IMPULSE_RESPONSE_TERMS]],
+    ) -> [f64; IMPULSE_RESPONSE_TERMS] {
+        let mut out = [0.0; IMPULSE_RESPONSE_TERMS];
         let (observed, pushed) = (
             &self.model.directions[observed].gains,
             &self.model.directions[pushed].gains,
@@ -467,7 +467,7 @@ impl<W: DerivativeObserver> Observer for ParameterTangent<'_, W> {
             return;
         }
         let n = self.model.modes();
-        let mut jump = 0.0;
+        let mut force_jump = 0.0;
         for contact in event.changed() {
             let cycle = self.model.contacts[contact].cycle(event.cycle);
             let segment = cycle.segment_at(event.time);
@@ -476,11 +476,11 @@ impl<W: DerivativeObserver> Observer for ParameterTangent<'_, W> {
             let direction = &self.model.directions[segment.direction];
             push(direction, damping * moved, n, &mut self.state);
             if self.model.of_mesh(contact) {
-                jump -= damping * event.rate;
+                force_jump -= damping * event.rate;
             }
         }
         // The surface is reached later by −(δ_p − s b_p)/(δ' − s b').
         self.witness
-            .jump(event.cycle, event.time, -moved / event.rate, jump);
+            .jump(event.cycle, event.time, -moved / event.rate, force_jump);
     }
 }

@@ -129,13 +129,13 @@ impl<'a> Columns<'a> {
         blocks: &mut Vec<Block>,
     ) -> Option<Vec<RealPair>> {
         let count = self.zero.len();
-        let slowness = |x: &RealPair| norm(&self.feeds(&x.1)) / x.0.abs();
+        let slowness = |x: &RealPair| norm(&self.rates_of_unsprung(&x.1)) / x.0.abs();
         real.sort_by(|x, y| slowness(y).total_cmp(&slowness(x)));
         let mut chosen: Vec<Vec<f64>> = Vec::new();
         let mut partners: Vec<(Vec<f64>, RealPair)> = Vec::new();
         let mut left: Vec<RealPair> = Vec::new();
         for pair in real {
-            let u = self.feeds(&pair.1);
+            let u = self.rates_of_unsprung(&pair.1);
             let remainder = outside(&u, &chosen);
             if chosen.len() < count && norm(&remainder) >= 0.1 * norm(&u) && norm(&u) > 0.0 {
                 chosen.push(unit_length(&remainder));
@@ -167,7 +167,7 @@ impl<'a> Columns<'a> {
 
     /// The block of an unsprung displacement r and of a real eigenvalue.
     fn partnered(&self, r: &[f64], (value, y): RealPair) -> Block {
-        let u = self.feeds(&y);
+        let u = self.rates_of_unsprung(&y);
         let beta = dot(r, &u);
         // The second column excludes `r`, so there is no division by a small decay rate.
         let twice = [y.clone(), y];
@@ -188,15 +188,15 @@ impl<'a> Columns<'a> {
     }
 
     /// The rows of the matrix for the unsprung displacements, times a vector of the inner coordinates.
-    fn feeds(&self, y: &[f64]) -> Vec<f64> {
-        let feed = |j: &usize| {
+    fn rates_of_unsprung(&self, y: &[f64]) -> Vec<f64> {
+        let rate = |j: &usize| {
             self.rest
                 .iter()
                 .zip(y)
                 .map(|(k, v)| self.a[(*j, *k)] * v)
                 .sum()
         };
-        self.zero.iter().map(feed).collect()
+        self.zero.iter().map(rate).collect()
     }
 
     /// A column of unsprung displacements.
@@ -230,7 +230,7 @@ impl<'a> Columns<'a> {
                 (u[1] * b[0][0] - u[0] * b[0][1]) / det,
             ]
         };
-        let feed = |j: usize| {
+        let rate = |j: usize| {
             [0, 1].map(|c: usize| {
                 rest.iter()
                     .zip(&y[c])
@@ -244,10 +244,10 @@ impl<'a> Columns<'a> {
             set(*k, [y[0][i], y[1][i]]);
         }
         for j in zero {
-            set(*j, solve(feed(*j)));
+            set(*j, solve(rate(*j)));
         }
         for i in free {
-            let speed = solve(feed(m + i));
+            let speed = solve(rate(m + i));
             set(m + i, speed);
             set(*i, solve(speed.map(|v| a[(*i, m + i)] * v)));
         }

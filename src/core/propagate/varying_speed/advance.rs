@@ -1,6 +1,6 @@
 //! How does a motion advance from window to window?
 
-use super::motion_observer::{MotionObserver, MovingEvent, MovingWindow};
+use super::motion_observer::{MotionObserver, MovingEvent, VaryingSpeedWindow};
 use super::powers::{
     Course, Sum, composed, length as terms_of, place_of, second_derivative, value, value_and_slope,
 };
@@ -130,7 +130,7 @@ impl VaryingSpeed {
                     part,
                     &mut workspace.motions,
                 );
-                watch.window(&MovingWindow {
+                watch.window(&VaryingSpeedWindow {
                     kernel: self,
                     motions: &workspace.motions,
                     time: motion.time,

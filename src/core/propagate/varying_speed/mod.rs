@@ -19,7 +19,7 @@ mod system;
 mod window;
 
 pub use advance::Workspace;
-pub use motion_observer::{Instant, MotionObserver, MovingEvent, MovingSignal, MovingWindow};
+pub use motion_observer::{Instant, MotionObserver, MovingEvent, MovingSignal, VaryingSpeedWindow};
 pub use powers::{COURSE_TERMS, Course, Powers, place_of, value};
 pub use speed_interval::SpeedInterval;
 

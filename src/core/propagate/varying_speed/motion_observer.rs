@@ -9,7 +9,7 @@ use crate::propagate::vectors::Aligned;
 
 /// A window of the motion. Series are in u from 0 to `part`.
 #[derive(Debug, Clone, Copy)]
-pub struct MovingWindow<'a> {
+pub struct VaryingSpeedWindow<'a> {
     pub(super) kernel: &'a VaryingSpeed,
     pub(super) motions: &'a WindowSeries,
     /// Time at its start \[s\].
@@ -30,7 +30,7 @@ pub struct MovingWindow<'a> {
     pub contact: ActiveSet,
 }
 
-impl MovingWindow<'_> {
+impl VaryingSpeedWindow<'_> {
     /// Force of a contact \[N\]; `None` if it is open.
     pub fn force(&self, contact: usize) -> Option<&Powers> {
         let closed = self.motions.closed.iter();
@@ -142,7 +142,7 @@ pub struct MovingEvent {
 /// Observes a motion.
 pub trait MotionObserver {
     /// Called after a window.
-    fn window(&mut self, _window: &MovingWindow<'_>) {}
+    fn window(&mut self, _window: &VaryingSpeedWindow<'_>) {}
 
     /// Called at an event.
     fn event(&mut self, _event: &MovingEvent) {}
@@ -233,7 +233,7 @@ impl MovingSignal {
     }
 
     /// Its value at an instant of a window.
-    pub fn value(&self, window: &MovingWindow<'_>, instant: &Instant) -> f64 {
+    pub fn value(&self, window: &VaryingSpeedWindow<'_>, instant: &Instant) -> f64 {
         let (kernel, place) = (window.kernel, instant.place);
         let sum = |rows: &Rows, states: &[Aligned; 2]| along(kernel.instructions, rows, states);
         match self.place {

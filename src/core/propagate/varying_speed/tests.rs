@@ -147,7 +147,7 @@ fn acceleration_loads_the_mesh() {
     /// The mesh force at the end of the last window.
     struct Last(MovingSignal, Instant, f64);
     impl MotionObserver for Last {
-        fn window(&mut self, window: &MovingWindow<'_>) {
+        fn window(&mut self, window: &VaryingSpeedWindow<'_>) {
             window.evaluate_at(window.part, false, &mut self.1);
             self.2 = self.0.value(window, &self.1);
         }

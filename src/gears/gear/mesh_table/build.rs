@@ -1,7 +1,7 @@
 //! Fills a mesh table: one stretch of the cycle is one parallel task.
 
 use super::breaks::breaks;
-use super::law::{MeshLaw, PhaseState};
+use super::law::{PhaseLaw, PhaseState};
 use super::pieces::{Piece, pieces};
 use super::{FaceLaw, MeshTable, MeshTableError, MeshTableInputs};
 use crate::gear::{FlankLaw, IndependentSlices};
@@ -42,7 +42,7 @@ impl MeshTable {
     ) -> Result<Self, MeshTableError> {
         let stretches = breaks(law, inputs.face_width, inputs.longest_piece)?;
         let all = stretches.len() - 1;
-        let law = MeshLaw {
+        let law = PhaseLaw {
             flanks: law,
             inputs,
         };

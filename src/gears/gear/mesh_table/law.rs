@@ -9,9 +9,9 @@ use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
 use std::collections::BTreeSet;
 
-/// The law of a mesh at one phase, from which a mesh table is computed.
+/// The law of a mesh by its phase, from which a mesh table is computed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct MeshLaw<'a, L> {
+pub(super) struct PhaseLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
 }
@@ -158,7 +158,7 @@ pub(super) struct Quantity {
     pub scale: f64,
 }
 
-impl<L: FlankLaw> MeshLaw<'_, L> {
+impl<L: FlankLaw> PhaseLaw<'_, L> {
     /// Whether slices of the face are elastically coupled and do not all carry the same load.
     pub fn is_coupled(&self) -> bool {
         let Self { flanks, inputs } = self;
@@ -341,12 +341,12 @@ mod tests {
                 misalignment: vec![angle],
                 ..MeshTableInputs::of_gears(&pair)
             };
-            let law = MeshLaw {
+            let law = PhaseLaw {
                 flanks: &flanks,
                 inputs: &inputs,
             };
             assert_eq!(law.is_coupled(), coupled, "{crowning} {angle}");
-            let alone = MeshLaw {
+            let alone = PhaseLaw {
                 flanks: &IndependentSlices(&flanks),
                 inputs: &inputs,
             };
@@ -365,7 +365,7 @@ mod tests {
             pattern: true,
             ..MeshTableInputs::of_gears(&pair)
         };
-        let law = MeshLaw {
+        let law = PhaseLaw {
             flanks: &flanks,
             inputs: &inputs,
         };

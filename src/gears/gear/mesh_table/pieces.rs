@@ -18,7 +18,7 @@
 //! tolerance.
 
 use super::breaks::SAME;
-use super::law::{Column, MeshLaw, Quantity};
+use super::law::{Column, PhaseLaw, Quantity};
 use super::{MeshTableError, NODES};
 use crate::gear::FlankLaw;
 use crate::numerics::legendre::{evaluate, transforms8};
@@ -82,7 +82,7 @@ struct FitError {
 
 /// The pieces of a stretch of the mesh cycle, in order.
 pub(super) fn pieces<L: FlankLaw>(
-    law: &MeshLaw<'_, L>,
+    law: &PhaseLaw<'_, L>,
     stretch: [f64; 2],
 ) -> Result<Vec<Piece>, MeshTableError> {
     let mut pieces = Vec::new();
@@ -117,7 +117,7 @@ pub(super) fn pieces<L: FlankLaw>(
 
 /// Decides whether a piece is accepted.
 fn check_piece<L: FlankLaw>(
-    law: &MeshLaw<'_, L>,
+    law: &PhaseLaw<'_, L>,
     [from, to]: [f64; 2],
 ) -> Result<Verdict, MeshTableError> {
     let nodes = transforms8().nodes();
@@ -160,7 +160,7 @@ fn check_piece<L: FlankLaw>(
 
 /// The first phase between columns at which the law changes its formula.
 fn first_kink<L: FlankLaw>(
-    law: &MeshLaw<'_, L>,
+    law: &PhaseLaw<'_, L>,
     samples: &[&Column],
 ) -> Result<Option<f64>, MeshTableError> {
     for (number, after) in samples.iter().enumerate() {
@@ -172,12 +172,12 @@ fn first_kink<L: FlankLaw>(
 }
 
 /// Whether a piece belongs to helical gears and is too short to be halved.
-fn is_short<L: FlankLaw>(law: &MeshLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
+fn is_short<L: FlankLaw>(law: &PhaseLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
     law.flanks.helix() != 0.0 && to - from < 2.0 * SHORTEST
 }
 
 /// Largest error of a piece.
-fn tolerance<L: FlankLaw>(law: &MeshLaw<'_, L>, piece: [f64; 2]) -> f64 {
+fn tolerance<L: FlankLaw>(law: &PhaseLaw<'_, L>, piece: [f64; 2]) -> f64 {
     let requested = law.inputs.tolerance;
     let [from, to] = piece;
     match (law.flanks.helix() == 0.0, law.is_coupled()) {
@@ -208,7 +208,7 @@ fn smooth(columns: &mut [Column]) {
 /// The phase at which the law changes its formula between `after` and the last of `columns` whose formula differs from
 /// it. `None` if no column differs.
 fn kink<L: FlankLaw>(
-    law: &MeshLaw<'_, L>,
+    law: &PhaseLaw<'_, L>,
     columns: &[&Column],
     after: &Column,
 ) -> Result<Option<f64>, MeshTableError> {
@@ -290,7 +290,7 @@ fn hidden_sign_changes(columns: &[Column]) -> Vec<f64> {
 
 /// The largest distance of the polynomials of a piece from the law at the checks.
 fn largest_fit_error<L: FlankLaw>(
-    law: &MeshLaw<'_, L>,
+    law: &PhaseLaw<'_, L>,
     columns: &[Column],
     checks: &[Column],
     [from, to]: [f64; 2],

@@ -72,7 +72,7 @@ impl LoadSharing {
             let unsettled = (0..pairs.len()).find(|&pair| !settled(line_load[pair], next[pair]));
             match unsettled {
                 None => {
-                    sharing.above_least = forces.map(|line_load| line_load - least);
+                    sharing.line_load_excess = forces.map(|line_load| line_load - least);
                     return Ok(sharing);
                 }
                 Some(pair) => moved = pair,

@@ -104,7 +104,7 @@ impl HelicalFace {
             spans,
             knots,
             even: false,
-            above_least: [1.0; MOST_PAIRS],
+            line_load_excess: [1.0; MOST_PAIRS],
             coupled: None,
         })
     }

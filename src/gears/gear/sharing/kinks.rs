@@ -35,7 +35,7 @@ impl LoadSharing {
                 }
             }
         }
-        margins.extend(&self.above_least[..self.pairs]);
+        margins.extend(&self.line_load_excess[..self.pairs]);
         margins
     }
 }

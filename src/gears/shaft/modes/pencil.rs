@@ -22,10 +22,10 @@ pub(super) enum Shifted {
 
 /// Products of K and M with a shape, and the sums of the moduli of their terms, row by row.
 pub(super) struct ProductSums {
-    pub elastic: Vec<f64>,
-    pub inertial: Vec<f64>,
-    pub elastic_sum_of_moduli: Vec<f64>,
-    pub inertial_sum_of_moduli: Vec<f64>,
+    pub stiffness_product: Vec<f64>,
+    pub mass_product: Vec<f64>,
+    pub stiffness_term_moduli: Vec<f64>,
+    pub mass_term_moduli: Vec<f64>,
 }
 
 impl Pencil<'_> {
@@ -72,13 +72,13 @@ impl Pencil<'_> {
     pub fn terms(&self, shape: &[f64]) -> ProductSums {
         match self {
             Self::Dense(mass, stiffness) => {
-                let [elastic, elastic_sum_of_moduli] = sums(stiffness, shape);
-                let [inertial, inertial_sum_of_moduli] = sums(mass, shape);
+                let [stiffness_product, stiffness_term_moduli] = sums(stiffness, shape);
+                let [mass_product, mass_term_moduli] = sums(mass, shape);
                 ProductSums {
-                    elastic,
-                    inertial,
-                    elastic_sum_of_moduli,
-                    inertial_sum_of_moduli,
+                    stiffness_product,
+                    mass_product,
+                    stiffness_term_moduli,
+                    mass_term_moduli,
                 }
             }
             Self::Banded(mass, stiffness) => {
@@ -88,10 +88,10 @@ impl Pencil<'_> {
                     (0..shape.len()).map(|i| image[(i, 0)]).collect()
                 };
                 ProductSums {
-                    elastic: image(stiffness),
-                    inertial: image(mass),
-                    elastic_sum_of_moduli: stiffness.sum_of_moduli(shape),
-                    inertial_sum_of_moduli: mass.sum_of_moduli(shape),
+                    stiffness_product: image(stiffness),
+                    mass_product: image(mass),
+                    stiffness_term_moduli: stiffness.sum_of_moduli(shape),
+                    mass_term_moduli: mass.sum_of_moduli(shape),
                 }
             }
         }

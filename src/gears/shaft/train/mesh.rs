@@ -36,7 +36,7 @@ pub enum MeshLaw {
 /// A further mesh from the drawing of its gears.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DrawnLaw {
-    /// Rules for the table, from a drawing whose first gear rotates forwards ([`TrainDrive::turn_helices`]).
+    /// Rules for the table, from a drawing whose first gear rotates forwards ([`TrainDrive::invert_backward_helices`]).
     pub table: MeshTableSpec,
     /// Angle between the flanks in the plane of action before the load acts \[rad\].
     pub misalignment: f64,
@@ -122,7 +122,7 @@ impl TrainDrive {
     ///
     /// # Errors
     /// [`TrainError`].
-    pub fn turn_helices(&mut self) -> Result<(), TrainError> {
+    pub fn invert_backward_helices(&mut self) -> Result<(), TrainError> {
         let mesh_speeds = self.layout()?.mesh_speeds;
         for number in 0..self.meshes.len() {
             let body = self.body_of(self.meshes[number].gears[0]);

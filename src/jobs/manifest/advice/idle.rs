@@ -22,25 +22,29 @@ const OF_FLANKS: [&str; 13] = [
     "bore",
 ];
 
+/// Keys among these, and the width, that the compliance of a cracked tooth needs.
+const OF_CRACKS: [&str; 4] = ["face_width", "young_modulus", "poisson_ratio", "plane"];
+
 /// Keys with messages about them.
 pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let varied = |key: &str| job.axes.iter().any(|axis| axis.name() == key);
     let drawn = first.model.source.gears().is_some();
     let imposed = !matches!(first.mesh.stiffness, StiffnessSpec::Table(_));
-    // A crack depends on the section at the root, and a film of oil on the width.
     let cracked = (first.mesh.teeth.as_ref())
         .is_some_and(|teeth| teeth.faults.iter().any(|fault| fault.cracks != [None; 2]));
-    if drawn && imposed && !cracked {
+    if drawn && imposed {
         let why = "has no effect because the stiffness of the mesh is given; stiffness = \"table\" computes it from the drawing";
         // The mesh acts at the middle of offset faces, which depends on their widths.
         let offset = root.at("gear.face_offset").is_some()
             || ["", ".0", ".1"]
                 .iter()
                 .any(|end| varied(&format!("gear.face_offset{end}")));
+        // So do laws of friction and a film of oil.
         let constant = matches!(first.mesh.friction, FrictionSpec::Constant(_));
         let width = (constant && !offset && first.mesh.film.is_none()).then_some("face_width");
-        for key in OF_FLANKS.into_iter().chain(width) {
+        let idle = |key: &&str| !(cracked && OF_CRACKS.contains(key));
+        for key in OF_FLANKS.into_iter().chain(width).filter(idle) {
             let path = format!("gear.{key}");
             if given(job, root, &path) {
                 found.push((path, why.to_owned()));

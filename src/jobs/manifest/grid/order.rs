@@ -12,7 +12,7 @@ use crate::manifest::spec::{Carried, Direction};
 use crate::manifest::tree::Value;
 
 /// Tables whose keys change the system but not its modes.
-const SWEPT_TABLES: [&str; 2] = ["mesh.", "excitation."];
+const TABLES_LEAVING_MODES: [&str; 2] = ["mesh.", "excitation."];
 
 /// Whether `[grid]` asks for an order that carries the state, as far as can be determined.
 pub(in crate::manifest) fn is_carried(root: &Section) -> bool {
@@ -173,7 +173,9 @@ fn fault(
 fn leaves_modes(name: &str) -> bool {
     !AxisKey::of(name).is_model_key()
         || modal_keys::is_modal_number_name(name)
-        || SWEPT_TABLES.iter().any(|table| name.starts_with(table))
+        || TABLES_LEAVING_MODES
+            .iter()
+            .any(|table| name.starts_with(table))
 }
 
 /// Whether an axis has different values.

@@ -116,9 +116,9 @@ fn fault(table: &Section, gears: &GearPair) -> Option<ToothFault> {
     }
     let flanks = flanks?;
     let has_fault = ["drive", "coast"].map(|flank| flanks == flank || flanks == "both");
-    let crack = match RootCrack::new(gears, gear, depth) {
-        _ if depth == 0.0 => None,
-        Ok(crack) => Some(crack),
+    let crack = (depth > 0.0).then(|| RootCrack::new(gears, gear, depth));
+    let crack = match crack.transpose() {
+        Ok(crack) => crack,
         Err(error) => {
             return table
                 .fault(DiagnosticKind::Inconsistent, "crack", error.to_string())

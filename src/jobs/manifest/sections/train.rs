@@ -78,7 +78,7 @@ pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDriv
     train.bearing_load = bearing_load(section, &train)?;
     train.meshes = joints::meshes(section, &parts, &train)?;
     // The layout checks all parts together, in little time.
-    if let Err(error) = train.check().and_then(|()| train.turn_helices()) {
+    if let Err(error) = train.check().and_then(|()| train.invert_backward_helices()) {
         let fault = match error {
             TrainError::TooFine { place, .. } => too_fine(&tables, &train, place, &error),
             _ => no_train(section, &error),

@@ -16,7 +16,7 @@ pub struct MountainKey {
 
 impl Key for MountainKey {
     const NAME: &'static str = "mountain";
-    const FIGURE: [&'static str; 3] = ["bandwidth", "B/s", "bytes read per second"];
+    const MEASURED: [&'static str; 3] = ["bandwidth", "B/s", "bytes read per second"];
 
     fn words(&self) -> String {
         format!("{} B, stride {} B", self.size, self.stride)
@@ -52,7 +52,7 @@ pub struct BandwidthKey {
 
 impl Key for BandwidthKey {
     const NAME: &'static str = "bandwidth";
-    const FIGURE: [&'static str; 3] = ["bandwidth", "B/s", "bytes per second"];
+    const MEASURED: [&'static str; 3] = ["bandwidth", "B/s", "bytes per second"];
 
     fn words(&self) -> String {
         let nodes = match (self.cpu_node, self.memory_node) {
@@ -94,7 +94,7 @@ pub struct LatencyKey {
 
 impl Key for LatencyKey {
     const NAME: &'static str = "latency";
-    const FIGURE: [&'static str; 3] = ["latency", "s", "time of a load"];
+    const MEASURED: [&'static str; 3] = ["latency", "s", "time of a load"];
 
     fn words(&self) -> String {
         let huge_pages = if self.huge_pages { ", huge pages" } else { "" };
@@ -127,7 +127,7 @@ pub struct ArithmeticKey {
 
 impl Key for ArithmeticKey {
     const NAME: &'static str = "arithmetic";
-    const FIGURE: [&'static str; 3] = ["rate", "1/s", "operations per second"];
+    const MEASURED: [&'static str; 3] = ["rate", "1/s", "operations per second"];
 
     fn words(&self) -> String {
         format!("{}, {}", self.isa, Threads(self.threads))
@@ -163,7 +163,7 @@ pub struct SolverKey {
 
 impl Key for SolverKey {
     const NAME: &'static str = "solver";
-    const FIGURE: [&'static str; 3] = ["rate", "1/s", "mesh cycles per second, all threads"];
+    const MEASURED: [&'static str; 3] = ["rate", "1/s", "mesh cycles per second, all threads"];
 
     fn words(&self) -> String {
         let threads = Threads(self.threads);

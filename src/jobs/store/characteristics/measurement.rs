@@ -41,7 +41,7 @@ pub trait Key: Sized + 'static {
     const NAME: &'static str;
 
     /// Name of the figure's columns, its unit, and its description.
-    const FIGURE: [&'static str; 3];
+    const MEASURED: [&'static str; 3];
 
     /// The key in words, equal for the same measurement in another run.
     fn words(&self) -> String;
@@ -58,7 +58,7 @@ impl<K: Key> Measurement<K> {
 
     /// The columns of the key, then those of the figure.
     pub fn table() -> Table<Self> {
-        let [name, unit, description] = K::FIGURE;
+        let [name, unit, description] = K::MEASURED;
         let named = |part: &str| format!("{name}_{part}");
         let of = |what: &str| format!("{what} ({description})");
         let mut all = K::columns();

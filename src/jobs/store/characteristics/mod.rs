@@ -12,7 +12,7 @@ pub use measurement::{Figure, Measurement};
 
 use super::StoreError;
 use super::atomic_file::write_atomically;
-use super::file::{Row, TableFile, create_folder, remove_stale};
+use super::file::{Row, UnfinishedTable, create_folder, remove_stale};
 use super::run::ProgramRecord;
 use super::table::Table;
 use measurement::Key;
@@ -152,7 +152,8 @@ impl TableFolder<'_> {
         rows: &[R],
     ) -> Result<(), StoreError> {
         let name = format!("{name}.parquet");
-        let mut file = TableFile::create_standalone(self.folder, &name, table, &self.metadata)?;
+        let mut file =
+            UnfinishedTable::create_standalone(self.folder, &name, table, &self.metadata)?;
         rows.iter().try_for_each(|row| file.push(row.clone()))?;
         file.finish()?;
         Ok(())

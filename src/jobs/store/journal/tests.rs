@@ -4,8 +4,8 @@ use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChaosAverages, ChaosOutcome, Class,
     CourseOutcome, CovariantOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, LyapunovMethod,
-    LyapunovOutcome, MultistabilityOutcome, NvhOutcome, PoincareSample, PointOutcome, ProbeOutcome,
-    SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    LyapunovOutcome, MultistabilityOutcome, NvhOutcome, NvhStatistics, PoincareSample,
+    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
 };
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
@@ -41,9 +41,12 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
             }),
             nvh: Some(NvhOutcome {
                 cycles: 5,
-                deflection_mean: number(3),
-                harmonics: numbers.to_vec(),
-                fractions: [number(0), number(1), number(2), number(0)],
+                values: NvhStatistics {
+                    deflection_mean: number(3),
+                    harmonics: numbers.to_vec(),
+                    fractions: [number(0), number(1), number(2), number(0)],
+                    ..NvhStatistics::default()
+                },
                 ..NvhOutcome::default()
             }),
             spectra: ["deflection", "force"]

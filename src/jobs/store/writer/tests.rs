@@ -8,12 +8,12 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChaosAverages,
-    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, DurationOutcome,
-    EvidenceOutcome, GrowthRecord, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke,
-    Kick, LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome,
-    NvhErrors, NvhOutcome, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome,
-    PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
-    Status, TraceSample, TraceSink,
+    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, EvidenceOutcome, GrowthRecord,
+    HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LyapunovMethod,
+    LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhOutcome, NvhStatistics,
+    OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome, PowerOutcome, ProbeOutcome,
+    SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status, TraceSample,
+    TraceSink,
 };
 use crate::model::Quantity;
 use crate::model::{ActiveSet, COAST_FLANK};
@@ -96,64 +96,62 @@ fn full(point_id: u64) -> PointRow {
             }),
             nvh: Some(NvhOutcome {
                 cycles: 11,
-                deflection_mean: 1e-6,
-                deflection_rms: 2e-6,
                 deflection_pp: 3e-6,
                 deflection_peak: 4.1e-6,
-                deflection_peak_quantiles: vec![4.2e-6, 4.3e-6],
                 deflection_crest: 4.0,
-                deflection_kurtosis: 5.0,
-                harmonics: vec![6e-6, 7e-6],
-                force_mean: 8.0,
-                force_std: 9.0,
                 force_peak: 10.0,
-                force_peak_quantiles: vec![9.1, 9.2],
-                power_loss: Some(10.1),
-                power_transmitted: Some(10.2),
-                efficiency: Some(0.99),
                 friction_coefficient: Some(0.05),
-                power: Some(PowerOutcome {
-                    loads: -1.5,
-                    error: 6.5,
-                    stiffness: 0.25,
-                    contact: 3.5,
-                    structure: 1.25,
-                    friction: 0.375,
-                    stored: 0.125,
-                }),
-                impact_rate: 11.0,
-                impact_velocity: 12.0,
-                impact_power: 12.1,
-                rattle_index: 12.2,
-                fractions: [0.5, 0.3, 0.15, 0.05],
-                suborders: vec![1e-7; 5],
                 impacts: [20, 21],
-                impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
                 impact_velocity_max: Some(0.4),
-                contact_force: vec![11.0, 3.0, 14.0],
-                contact_fraction: vec![0.5, 0.2, 0.6],
-                contact_impact_rate: vec![15.0, 16.0, 17.0],
-                contact_rattle_index: vec![18.0, 19.0, 20.0],
-                contact_loss: vec![21.0, 22.0, 23.0],
-                bearing_mean: vec![-30.0, 31.0],
-                bearing_rms: vec![32.0, 33.0],
-                torque_mean: vec![34.0],
-                torque_rms: vec![35.0],
-                acceleration_rms: vec![36.0, 37.0],
-                angular_acceleration_rms: vec![38.0],
-                mesh_deflection_rms: vec![39.0, 40.0],
-                mesh_force_rms: vec![41.0, 42.0],
-                flights: DurationOutcome {
-                    count: 22,
-                    mean: Some(5e-5),
-                    median: Some(6e-5),
+                flights: 22,
+                contacts: 23,
+                values: NvhStatistics {
+                    deflection_mean: 1e-6,
+                    deflection_rms: 2e-6,
+                    deflection_peak_quantiles: vec![4.2e-6, 4.3e-6],
+                    deflection_kurtosis: 5.0,
+                    harmonics: vec![6e-6, 7e-6],
+                    force_mean: 8.0,
+                    force_std: 9.0,
+                    force_peak_quantiles: vec![9.1, 9.2],
+                    power_loss: Some(10.1),
+                    power_transmitted: Some(10.2),
+                    efficiency: Some(0.99),
+                    power: Some(PowerOutcome {
+                        loads: -1.5,
+                        error: 6.5,
+                        stiffness: 0.25,
+                        contact: 3.5,
+                        structure: 1.25,
+                        friction: 0.375,
+                        stored: 0.125,
+                    }),
+                    impact_rate: 11.0,
+                    impact_velocity: 12.0,
+                    impact_power: 12.1,
+                    rattle_index: 12.2,
+                    fractions: [0.5, 0.3, 0.15, 0.05],
+                    suborders: vec![1e-7; 5],
+                    impact_velocity_quantiles: vec![0.1, 0.2, 0.3],
+                    contact_force: vec![11.0, 3.0, 14.0],
+                    contact_fraction: vec![0.5, 0.2, 0.6],
+                    contact_impact_rate: vec![15.0, 16.0, 17.0],
+                    contact_rattle_index: vec![18.0, 19.0, 20.0],
+                    contact_loss: vec![21.0, 22.0, 23.0],
+                    bearing_mean: vec![-30.0, 31.0],
+                    bearing_rms: vec![32.0, 33.0],
+                    torque_mean: vec![34.0],
+                    torque_rms: vec![35.0],
+                    acceleration_rms: vec![36.0, 37.0],
+                    angular_acceleration_rms: vec![38.0],
+                    mesh_deflection_rms: vec![39.0, 40.0],
+                    mesh_force_rms: vec![41.0, 42.0],
+                    flight_mean: Some(5e-5),
+                    flight_median: Some(6e-5),
+                    contact_mean: Some(7e-5),
+                    contact_median: Some(8e-5),
                 },
-                contacts: DurationOutcome {
-                    count: 23,
-                    mean: Some(7e-5),
-                    median: Some(8e-5),
-                },
-                stderr: Some(NvhErrors {
+                stderr: Some(NvhStatistics {
                     deflection_mean: 2e-8,
                     deflection_rms: 1e-8,
                     deflection_peak_quantiles: vec![1e-8, 1.1e-8],
@@ -164,9 +162,9 @@ fn full(point_id: u64) -> PointRow {
                     force_std: 5e-8,
                     // One quantile is infinite: the cycles were too few for it.
                     force_peak_quantiles: vec![0.1, f64::INFINITY],
-                    power_loss: 5.1e-8,
-                    power_transmitted: 5.2e-8,
-                    efficiency: f64::INFINITY,
+                    power_loss: Some(5.1e-8),
+                    power_transmitted: Some(5.2e-8),
+                    efficiency: Some(f64::INFINITY),
                     power: Some(PowerOutcome {
                         loads: 0.1,
                         error: 0.2,
@@ -181,11 +179,11 @@ fn full(point_id: u64) -> PointRow {
                     impact_power: 7.1e-8,
                     rattle_index: 7.2e-8,
                     impact_velocity_quantiles: vec![4e-9, 5e-9, 6e-9],
-                    flight_mean: 8e-8,
+                    flight_mean: Some(8e-8),
                     // Too few flights for an error bar.
-                    flight_median: f64::INFINITY,
-                    contact_mean: 9e-8,
-                    contact_median: 1e-7,
+                    flight_median: Some(f64::INFINITY),
+                    contact_mean: Some(9e-8),
+                    contact_median: Some(1e-7),
                     contact_force: vec![1e-6, 2e-6, 3e-6],
                     contact_fraction: vec![4e-6, 5e-6, 6e-6],
                     contact_impact_rate: vec![7e-6, 8e-6, 9e-6],
@@ -1187,7 +1185,7 @@ fn what_is_not_finite_becomes_a_null_and_is_named() {
     let mut row = full(0);
     let nvh = row.outcome.nvh.as_mut().unwrap();
     nvh.deflection_crest = f64::NAN;
-    nvh.harmonics[1] = f64::INFINITY;
+    nvh.values.harmonics[1] = f64::INFINITY;
     write(folder.path(), &layout(), vec![row]);
     let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();
     assert_eq!(points.f64("deflection_crest").unwrap(), [None]);
@@ -1203,6 +1201,18 @@ fn what_is_not_finite_becomes_a_null_and_is_named() {
 }
 
 /// With equal placement, files are equal byte by byte: values, row groups and encoding depend on the points alone.
+/// The tables of a [`full`] point.
+const TABLES: [&str; 8] = [
+    "attractors.parquet",
+    "basins.parquet",
+    "horizon.parquet",
+    "orders.parquet",
+    "poincare.parquet",
+    "points.parquet",
+    "probes.parquet",
+    "spectra.parquet",
+];
+
 #[test]
 fn arrival_order_leaves_no_trace() {
     let [ascending, scattered] = [(), ()].map(|()| tempfile::tempdir().unwrap());
@@ -1245,19 +1255,7 @@ fn a_file_has_its_name_only_when_whole() {
     );
     drop(writer);
 
-    assert_eq!(
-        names(folder.path()),
-        [
-            "attractors.parquet",
-            "basins.parquet",
-            "horizon.parquet",
-            "orders.parquet",
-            "poincare.parquet",
-            "points.parquet",
-            "probes.parquet",
-            "spectra.parquet"
-        ]
-    );
+    assert_eq!(names(folder.path()), TABLES);
     assert_eq!(
         fs::read(folder.path().join("points.parquet")).unwrap(),
         before
@@ -1350,19 +1348,7 @@ fn shards_read_as_one_table() {
         let rows = (0..3).map(|i| full(2 * i + u64::from(index) - 1)).collect();
         write(folder.path(), &ResultLayout { shard, ..layout() }, rows);
     }
-    assert_eq!(
-        names(folder.path()),
-        [
-            "attractors.parquet",
-            "basins.parquet",
-            "horizon.parquet",
-            "orders.parquet",
-            "poincare.parquet",
-            "points.parquet",
-            "probes.parquet",
-            "spectra.parquet"
-        ]
-    );
+    assert_eq!(names(folder.path()), TABLES);
     let shards = names(&folder.path().join("points.parquet"));
     assert_eq!(shards, ["shard-1-of-2.parquet", "shard-2-of-2.parquet"]);
     let points = ResultTable::read(folder.path(), TableKind::Points).unwrap();

@@ -123,6 +123,7 @@ fn each(manifest: &str, set: &[&str], mut see: impl FnMut(&Model, &Ask<'_>)) {
 /// Adds the results of a point.
 fn add(columns: &mut Columns, found: &PointOutcome) {
     let nvh = found.nvh.as_ref().unwrap();
+    let values = &nvh.values;
     let mut put = |name: &str, value: f64| columns.entry(name.to_owned()).or_default().push(value);
     for sample in &found.poincare {
         put("poincare deflection", sample.deflection);
@@ -132,41 +133,47 @@ fn add(columns: &mut Columns, found: &PointOutcome) {
         ("events_per_cycle", found.events_per_cycle.unwrap()),
         ("grazing_count", found.grazing_count as f64),
         ("cycles", found.cycles as f64),
-        ("fraction_drive", nvh.fractions[0]),
-        ("fraction_free", nvh.fractions[1]),
-        ("fraction_coast", nvh.fractions[2]),
-        ("fraction_both", nvh.fractions[3]),
-        ("deflection_mean", nvh.deflection_mean),
-        ("deflection_rms", nvh.deflection_rms),
+        ("fraction_drive", values.fractions[0]),
+        ("fraction_free", values.fractions[1]),
+        ("fraction_coast", values.fractions[2]),
+        ("fraction_both", values.fractions[3]),
+        ("deflection_mean", values.deflection_mean),
+        ("deflection_rms", values.deflection_rms),
         ("deflection_pp", nvh.deflection_pp),
         ("deflection_peak", nvh.deflection_peak),
         ("deflection_crest", nvh.deflection_crest),
-        ("deflection_kurtosis", nvh.deflection_kurtosis),
-        ("force_mean", nvh.force_mean),
-        ("force_std", nvh.force_std),
+        ("deflection_kurtosis", values.deflection_kurtosis),
+        ("force_mean", values.force_mean),
+        ("force_std", values.force_std),
         ("force_peak", nvh.force_peak),
-        ("power_loss", nvh.power_loss.unwrap_or_default()),
-        ("impact_rate", nvh.impact_rate),
+        ("power_loss", values.power_loss.unwrap_or_default()),
+        ("impact_rate", values.impact_rate),
         ("impacts_drive", nvh.impacts[0] as f64),
         ("impacts_coast", nvh.impacts[1] as f64),
-        ("impact_velocity", nvh.impact_velocity),
-        ("impact_power", nvh.impact_power),
-        ("rattle_index", nvh.rattle_index),
-        ("flights", nvh.flights.count as f64),
-        ("flight_mean", nvh.flights.mean.unwrap_or_default()),
-        ("flight_median", nvh.flights.median.unwrap_or_default()),
-        ("contacts", nvh.contacts.count as f64),
-        ("contact_mean", nvh.contacts.mean.unwrap_or_default()),
-        ("contact_median", nvh.contacts.median.unwrap_or_default()),
+        ("impact_velocity", values.impact_velocity),
+        ("impact_power", values.impact_power),
+        ("rattle_index", values.rattle_index),
+        ("flights", nvh.flights as f64),
+        ("flight_mean", values.flight_mean.unwrap_or_default()),
+        ("flight_median", values.flight_median.unwrap_or_default()),
+        ("contacts", nvh.contacts as f64),
+        ("contact_mean", values.contact_mean.unwrap_or_default()),
+        ("contact_median", values.contact_median.unwrap_or_default()),
     ] {
         put(name, value);
     }
     for (name, values) in [
-        ("harmonics", &nvh.harmonics),
-        ("deflection_peak_quantiles", &nvh.deflection_peak_quantiles),
-        ("force_peak_quantiles", &nvh.force_peak_quantiles),
-        ("impact_velocity_quantiles", &nvh.impact_velocity_quantiles),
-        ("contact_force", &nvh.contact_force),
+        ("harmonics", &values.harmonics),
+        (
+            "deflection_peak_quantiles",
+            &values.deflection_peak_quantiles,
+        ),
+        ("force_peak_quantiles", &values.force_peak_quantiles),
+        (
+            "impact_velocity_quantiles",
+            &values.impact_velocity_quantiles,
+        ),
+        ("contact_force", &values.contact_force),
     ] {
         for (number, value) in values.iter().enumerate() {
             put(&format!("{name}_{}", number + 1), *value);

@@ -71,8 +71,8 @@ impl DoubleDouble {
 
     /// `(sin, cos)`, to some 30 digits for arguments up to about a hundred.
     pub fn sin_cos(self) -> (Self, Self) {
-        let quarters = (self.high / Self::HALF_PI.high).round();
-        let r = self - Self::HALF_PI * quarters;
+        let quarter_turns = (self.high / Self::HALF_PI.high).round();
+        let r = self - Self::HALF_PI * quarter_turns;
         // |r| ≤ π/4: the terms of both series are alternating terms of the exponential.
         let (mut sin, mut cos) = (Self::ZERO, Self::ZERO);
         let mut term = Self::ONE;
@@ -87,7 +87,7 @@ impl DoubleDouble {
             n += 1;
             term = term * r / Self::exact(f64::from(n));
         }
-        match quarters.rem_euclid(4.0) as u32 {
+        match quarter_turns.rem_euclid(4.0) as u32 {
             0 => (sin, cos),
             1 => (cos, -sin),
             2 => (-sin, -cos),

@@ -56,16 +56,21 @@ pub(super) fn draw(
     });
     let up = scale.axis(range(extent.ends.into_iter()));
     let mut drawn = Drawn::sliced(&label, order.len(), order.len() + dropped);
-    let jobs: Vec<&str> = sources.iter().map(|source| &*source.name).collect();
+    let job_names: Vec<&str> = sources.iter().map(|source| &*source.name).collect();
     let by = axes.by.iter().flatten().next();
     let by = by.and_then(|&by| first.summary.axes.get(by));
     let along = (request.over.is_some() || by.is_some()).then_some(&*over.name);
-    let file = file(&names, group, [along, by.map(|axis| &*axis.name)], &jobs);
+    let file = file(
+        &names,
+        group,
+        [along, by.map(|axis| &*axis.name)],
+        &job_names,
+    );
     for suffix in &order {
         let plan = &plans[suffix];
         let title = format!(
             "{}: {} over {}",
-            jobs.join(", "),
+            job_names.join(", "),
             names.join(", "),
             over.name
         );

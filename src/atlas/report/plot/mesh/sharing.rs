@@ -82,8 +82,8 @@ fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
                 let pairs = behind.iter().zip(before);
                 pairs.map(|(behind, before)| (behind - before).abs()).sum()
             };
-            let removed = before[before.len() - 1];
-            let up = step(&behind[1..], &before) + behind[0].abs() + removed.abs();
+            let share_dropped = before[before.len() - 1];
+            let up = step(&behind[1..], &before) + behind[0].abs() + share_dropped.abs();
             if up + SAME_PAIR < step(&behind, &before) {
                 moved_up += 1;
             }

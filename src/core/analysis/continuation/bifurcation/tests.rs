@@ -8,14 +8,23 @@ use crate::analysis::continuation::orbit::{OrbitCondition, find};
 use crate::analysis::continuation::switch::branches;
 use faer::Mat;
 
-/// A map of the plane given by its image and derivatives.
-struct PlanarMap<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])>(F);
+/// A map of the plane.
+struct PlanarMap<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> {
+    /// Its image and derivatives.
+    image: F,
+    /// Period of the excitation in cycles.
+    unit: u32,
+}
 
 impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> PlanarMap<F> {
+    fn new(image: F) -> Self {
+        Self { image, unit: 1 }
+    }
+
     fn run(&self, u: &[f64], p: f64, period: u32) -> ([f64; 2], [[f64; 2]; 2], [f64; 2]) {
         let (mut x, mut m, mut d) = ([u[0], u[1]], [[1.0, 0.0], [0.0, 1.0]], [0.0; 2]);
         for _ in 0..period {
-            let (next, j, by) = (self.0)(x, p);
+            let (next, j, by) = (self.image)(x, p);
             m = std::array::from_fn(|i| {
                 std::array::from_fn(|k| j[i][0] * m[0][k] + j[i][1] * m[1][k])
             });
@@ -29,6 +38,10 @@ impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> PlanarMap<F> {
 impl<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> CycleMap for PlanarMap<F> {
     fn dimension(&self) -> usize {
         2
+    }
+
+    fn unit(&self) -> u32 {
+        self.unit
     }
 
     fn image(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Image, MapError> {
@@ -67,7 +80,7 @@ fn span(from: f64, to: f64) -> Span {
 /// `x' = x + p − x²`: orbits ±√p, a fold at p = 0 with x = 0.
 #[test]
 fn a_fold_is_located_and_passed() {
-    let mut map = PlanarMap(|[x, y], p| {
+    let mut map = PlanarMap::new(|[x, y], p| {
         (
             [x + p - x * x, 0.5 * y + x],
             [[1.0 - 2.0 * x, 0.0], [1.0, 0.5]],
@@ -107,7 +120,7 @@ fn a_fold_is_located_and_passed() {
 /// The logistic map doubles at 3, 1 + √6 and 3.544090359551922…
 #[test]
 fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
-    let mut map = PlanarMap(|[x, y], p| {
+    let mut map = PlanarMap::new(|[x, y], p| {
         (
             [p * x * (1.0 - x), 0.3 * y],
             [[p * (1.0 - 2.0 * x), 0.0], [0.0, 0.3]],
@@ -151,7 +164,7 @@ fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
 /// A branch of doubled period that is followed back to its period doubling ends there.
 #[test]
 fn a_doubled_branch_merges_into_its_parent() {
-    let mut map = PlanarMap(|[x, y], p| {
+    let mut map = PlanarMap::new(|[x, y], p| {
         (
             [p * x * (1.0 - x), 0.3 * y],
             [[p * (1.0 - 2.0 * x), 0.0], [0.0, 0.3]],
@@ -177,47 +190,17 @@ fn a_doubled_branch_merges_into_its_parent() {
     );
 }
 
-/// A map that counts as different in every other cycle.
-struct EveryOther<M>(M);
-
-impl<M: CycleMap> CycleMap for EveryOther<M> {
-    fn dimension(&self) -> usize {
-        self.0.dimension()
-    }
-
-    fn unit(&self) -> u32 {
-        2
-    }
-
-    fn image(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Image, MapError> {
-        self.0.image(u, at, period)
-    }
-
-    fn by_parameter(
-        &mut self,
-        u: &[f64],
-        at: MapParameters,
-        period: u32,
-        axis: usize,
-    ) -> Result<Vec<f64>, MapError> {
-        self.0.by_parameter(u, at, period, axis)
-    }
-
-    fn details(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Details, MapError> {
-        self.0.details(u, at, period)
-    }
-}
-
 /// If the excitation repeats after two cycles only, no orbit has a period of one cycle, and none merges into one.
 #[test]
 fn no_branch_merges_below_the_period_of_the_excitation() {
-    let mut map = EveryOther(PlanarMap(|[x, y], p| {
+    let mut map = PlanarMap::new(|[x, y], p| {
         (
             [p * x * (1.0 - x), 0.3 * y],
             [[p * (1.0 - 2.0 * x), 0.0], [0.0, 0.3]],
             [x * (1.0 - x), 0.0],
         )
-    }));
+    });
+    map.unit = 2;
     let guess = [0.51, 0.0];
     let start = find(&mut map, &guess, [3.2, 0.0], 2, &OrbitCondition::Parameters).unwrap();
     let branch = follow(&mut map, &span(2.5, 3.3), start, &StepSettings::default()).unwrap();
@@ -237,7 +220,7 @@ fn no_branch_merges_below_the_period_of_the_excitation() {
 #[test]
 fn a_torus_is_located_and_its_resonance_named() {
     for (angle, resonance) in [(1.0, None), (TAU / 3.0, Some(3)), (TAU / 4.0, Some(4))] {
-        let mut map = PlanarMap(move |[x, y], p| {
+        let mut map = PlanarMap::new(move |[x, y], p| {
             let (sin, cos) = f64::sin_cos(angle);
             let growth = 1.0 + p - x * x - y * y;
             let turned = [cos * x - sin * y, sin * x + cos * y];
@@ -271,7 +254,7 @@ fn a_torus_is_located_and_its_resonance_named() {
 /// `x' = x + p x − x³`: the branch x = 0 loses its stability to ±√p.
 #[test]
 fn at_a_pitchfork_both_other_halves_are_found() {
-    let mut map = PlanarMap(|[x, y], p| {
+    let mut map = PlanarMap::new(|[x, y], p| {
         (
             [x + p * x - x * x * x, 0.2 * y],
             [[1.0 + p - 3.0 * x * x, 0.0], [0.0, 0.2]],

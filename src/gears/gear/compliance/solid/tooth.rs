@@ -178,10 +178,15 @@ fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
         .chain(radial().map(of(2)))
         .collect();
     let [along_x, others] = [0, 1].map(|component| part.products(component).count());
-    let in_section = along_x + others;
+    let in_plane_displacements = along_x + others;
     let rule = GaussLegendre::new(SECTION.degree_across + FOOT + 4);
     let mut sections: Vec<Mat<f64>> = (modes.iter())
-        .map(|mode| Mat::zeros(if mode.direction == 2 { others } else { in_section }, 1))
+        .map(|mode| {
+            Mat::zeros(
+                if mode.direction == 2 { others } else { in_plane_displacements },
+                1,
+            )
+        })
         .collect();
     for (place, weight) in rule.nodes.iter().zip(&rule.weights) {
         let (sin, cos) = (place * half_angle).sin_cos();
@@ -203,13 +208,14 @@ fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
             first..first + mode.waves(axial).ncols()
         })
         .collect();
-    let freedoms = in_section * axial.loads.nrows() + others * axial.axial_loads.nrows();
+    let freedoms =
+        in_plane_displacements * axial.loads.nrows() + others * axial.axial_loads.nrows();
     // Modes by columns, so that both sections and waves are in order.
     let mut foot = Mat::zeros(freedoms, rows.len());
     let mut column = 0;
     for (mode, section) in modes.iter().zip(&sections) {
         let first = match mode.direction {
-            2 => in_section * axial.loads.nrows(),
+            2 => in_plane_displacements * axial.loads.nrows(),
             _ => 0,
         };
         add_product(&mut foot, [first, column], section, mode.waves(axial), 1.0);
