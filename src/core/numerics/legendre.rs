@@ -8,10 +8,13 @@ use std::sync::OnceLock;
 
 /// Value of the series at x, by Clenshaw's recurrence.
 pub fn evaluate(series: &[f64], x: f64) -> f64 {
+    /// Terms whose factors are known.
+    const KNOWN: usize = 64;
+    let known = const { clenshaw::<KNOWN>() };
     let (mut b1, mut b2) = (0.0, 0.0);
     for n in (0..series.len()).rev() {
-        let k = n as f64;
-        let b0 = series[n] + (2.0 * k + 1.0) / (k + 1.0) * x * b1 - (k + 1.0) / (k + 2.0) * b2;
+        let [up, down] = if n < KNOWN { known[n] } else { clenshaw_factors(n) };
+        let b0 = series[n] + up * x * b1 - down * b2;
         b2 = b1;
         b1 = b0;
     }
@@ -24,11 +27,15 @@ const fn clenshaw<const P: usize>() -> [[f64; 2]; P] {
     let mut factors = [[0.0; 2]; P];
     let mut n = 0;
     while n < P {
-        let k = n as f64;
-        factors[n] = [(2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0)];
+        factors[n] = clenshaw_factors(n);
         n += 1;
     }
     factors
+}
+
+const fn clenshaw_factors(n: usize) -> [f64; 2] {
+    let k = n as f64;
+    [(2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0)]
 }
 
 /// `a b + c`, fused if the processor is known to support it.

@@ -178,7 +178,7 @@ impl FlankLaw for Flanks {
     }
 
     fn helix(&self) -> f64 {
-        self.base_helix_angle.tan()
+        self.base_helix[1]
     }
 
     fn reach(&self) -> [f64; 2] {
@@ -189,7 +189,7 @@ impl FlankLaw for Flanks {
         let Some(section) = &self.normal_section else {
             return self.compliance(s);
         };
-        let cos = self.base_helix_angle.cos();
+        let [cos, _] = self.base_helix;
         let normal = section.compliance(s / cos);
         PairCompliance {
             tooth: normal.tooth.map(|part| part / cos),
@@ -208,11 +208,11 @@ impl FlankLaw for Flanks {
     }
 
     fn relief(&self, s: f64) -> f64 {
-        self.relief(s) / self.base_helix_angle.cos() + self.tip_gap(s)
+        self.relief(s) / self.base_helix[0] + self.tip_gap(s)
     }
 
     fn deviation(&self, _s: f64, z: f64) -> f64 {
-        self.lead(z) / self.base_helix_angle.cos()
+        self.lead(z) / self.base_helix[0]
     }
 
     /// Weber & Banaschek's approach. It varies as `w (C − ½ h ln w)` with the linear law's
@@ -220,7 +220,7 @@ impl FlankLaw for Flanks {
     fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
         let give = self.pair.form.material.iter();
         let give = give.map(|material| material.plane_strain_modulus().recip());
-        let cos = self.base_helix_angle.cos();
+        let [cos, _] = self.base_helix;
         let approach = match &self.normal_section {
             None => self.hertz_approach(s, line_load),
             Some(section) => section.hertz_approach(s / cos, line_load) / cos,
@@ -231,7 +231,7 @@ impl FlankLaw for Flanks {
 
     /// Starts of reliefs, ends of the path, and the ends of virtual teeth if they lie before those of the path.
     fn kinks(&self) -> Vec<f64> {
-        let (path, cos) = (self.path(), self.base_helix_angle.cos());
+        let (path, [cos, _]) = (self.path(), self.base_helix);
         let mut kinks = [self.relief_starts(), vec![path.start, path.end]].concat();
         if let Some(section) = &self.normal_section {
             let section_path = section.path();

@@ -84,6 +84,8 @@ pub struct Flanks {
     pub face_width: f64,
     /// Diameters at which the gear bodies are clamped \[m\]: their bores; for a ring minus its outer diameter.
     pub bores: [f64; 2],
+    /// Cosine and tangent of the helix angle at the base cylinders.
+    pub(super) base_helix: [f64; 2],
     path: PathOfContact,
     /// tan α_w.
     tangent: f64,
@@ -185,6 +187,7 @@ impl Flanks {
             teeth,
             pressure_angle,
             base_helix_angle: pair.base_helix_angle(),
+            base_helix: [pair.base_helix_angle().cos(), pair.base_helix_angle().tan()],
             centre_distance,
             operating_pitch_radii,
             backlash: backlash.max(0.0),
@@ -216,7 +219,7 @@ impl Flanks {
     /// Teeth and positions of loads end before that radius.
     fn in_normal_section(&self) -> Result<Self, GearError> {
         let pair = &self.pair;
-        let cos = self.base_helix_angle.cos();
+        let [cos, _] = self.base_helix;
         let mut section = GearPair {
             helix_angle: 0.0,
             ..pair.clone()
@@ -253,6 +256,7 @@ impl Flanks {
         Ok(Self {
             pressure_angle,
             base_helix_angle: 0.0,
+            base_helix: [1.0, 0.0],
             centre_distance,
             operating_pitch_radii,
             backlash: self.backlash * cos,
@@ -307,7 +311,7 @@ impl Flanks {
     /// Lead of one end of the face over the other in mesh cycles, ε_β: the mean number of helical pairs
     /// in contact beyond [`Self::contact_ratio`].
     pub fn overlap_ratio(&self) -> f64 {
-        self.face_width * self.base_helix_angle.tan().abs() / self.path.base_pitch
+        self.face_width * self.base_helix[1].abs() / self.path.base_pitch
     }
 
     /// Roll angles of pinion and wheel at position s, clamped to the path of contact.

@@ -91,41 +91,68 @@ impl TipContact {
 /// Largest of the last terms of a converged series, relative to its largest term.
 const CONVERGED: f64 = 1e-14;
 
-/// The gap of a tip edge as a series over the distance behind the path: a table of helical gears takes the gap millions of
+/// Largest number of times that a part of the distance behind the path is halved.
+const MOST_HALVES: u32 = 12;
+
+/// The gap of a tip edge as series over the distance behind the path: a table of helical gears takes the gap millions of
 /// times.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct TipGap {
     tip: TipContact,
-    /// End of the series \[m\]; 0 if it does not converge.
-    furthest: f64,
+    /// Parts of the distance, in order from 0.
+    parts: Vec<GapSeries>,
+}
+
+/// The gap on a part of the distance behind the path.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct GapSeries {
+    /// The part \[m\].
+    ends: [f64; 2],
     series: [f64; 24],
 }
 
 impl TipGap {
     pub fn new(tip: TipContact, furthest: f64) -> Self {
-        let transforms = transforms24();
-        let gap = |x: &f64| tip.gap(0.5 * furthest * (x + 1.0)).unwrap_or(f64::NAN);
-        let series = transforms.interpolate(&transforms.nodes().each_ref().map(gap));
-        // Near the mate's base circle the gap has a root, and no series converges. The comparison also rejects NaN.
-        let largest = series
-            .iter()
-            .fold(0.0_f64, |most, term| most.max(term.abs()));
-        let converged = series[20..]
-            .iter()
-            .all(|term| term.abs() <= CONVERGED * largest);
-        Self {
+        let mut gap = Self {
             tip,
-            furthest: if converged { furthest } else { 0.0 },
-            series,
+            parts: Vec::new(),
+        };
+        gap.add([0.0, furthest], 0);
+        gap
+    }
+
+    /// Adds series up to the end of a part, or up to the first place where none converges: near the mate's base circle the
+    /// gap has a root.
+    fn add(&mut self, ends: [f64; 2], halves: u32) -> bool {
+        let [from, to] = ends;
+        let transforms = transforms24();
+        let gap = |x: &f64| {
+            let beyond = from + 0.5 * (to - from) * (x + 1.0);
+            self.tip.gap(beyond).unwrap_or(f64::NAN)
+        };
+        let series = transforms.interpolate(&transforms.nodes().each_ref().map(gap));
+        let largest = (series.iter()).fold(0.0_f64, |most, term| most.max(term.abs()));
+        // The comparison also rejects NaN.
+        let converged = (series[20..].iter()).all(|term| term.abs() <= CONVERGED * largest);
+        if converged {
+            self.parts.push(GapSeries { ends, series });
+            return true;
         }
+        let middle = 0.5 * (from + to);
+        halves < MOST_HALVES
+            && self.add([from, middle], halves + 1)
+            && self.add([middle, to], halves + 1)
     }
 
     /// As [`TipContact::gap`].
     pub fn at(&self, beyond: f64) -> Option<f64> {
-        if beyond >= self.furthest {
-            return self.tip.gap(beyond);
+        match self.parts.iter().find(|part| beyond < part.ends[1]) {
+            Some(GapSeries {
+                ends: [from, to],
+                series,
+            }) => Some(evaluate(series, 2.0 * (beyond - from) / (to - from) - 1.0).max(0.0)),
+            None => self.tip.gap(beyond),
         }
-        Some(evaluate(&self.series, 2.0 * beyond / self.furthest - 1.0).max(0.0))
     }
 }
 
