@@ -8,6 +8,7 @@ use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
 use super::orbit::{Orbit, OrbitCondition, distance, find};
 use super::path::{PathCondition, Span, Vector, guess, place_bare, tangent};
+use num_complex::Complex64;
 
 /// Accuracy to which a bifurcation is located, relative to the parameter's interval.
 const LOCATED: f64 = 1e-12;
@@ -116,8 +117,9 @@ pub(super) fn merging(
         let mut at = a.at;
         at[span.axis] = value;
         let orbit = find(map, guess, at, period, &OrbitCondition::Parameters).ok()?;
-        let (size, sign) = Test::MinusOne.at(&orbit)?;
-        Some((value, sign * size.exp(), orbit))
+        // det(M + I), smooth where two real multipliers become a pair.
+        let determinant: Complex64 = orbit.multipliers.iter().map(|m| m + 1.0).product();
+        Some((value, determinant.re, orbit))
     };
     let start = a.at[span.axis];
     let mut older = parent(&halfway(a), start)?;
