@@ -51,6 +51,17 @@ fn a_bilinear_oscillator_is_the_published_one() {
             .map(|s| (s[0] - wanted[0]).abs().max((s[1] - wanted[1]).abs()));
         assert!(near.fold(f64::INFINITY, f64::min) < 1e-6, "{wanted:?}");
     }
+    for axis in 0..2 {
+        let exact = map.by_parameter(&orbit.u, at, 2, axis).unwrap();
+        let near = map.near_derivative(&orbit.u, at, 2, (axis, 1e-7)).unwrap();
+        let off = exact.iter().zip(&near).map(|(a, b)| (a - b).abs());
+        let (off, size) = (
+            off.fold(0.0, f64::max),
+            exact.iter().fold(0.0, |m: f64, a| m.max(a.abs())),
+        );
+        println!("derivative by axis {axis}: {off:.1e} of {size:.1e}");
+        assert!(off < 1e-5 * size, "{off:e} {size:e}");
+    }
     // Follow the branch over the frequency. A search from every bifurcation finds the bifurcation again.
     let span = Span {
         axis: 0,
@@ -64,6 +75,11 @@ fn a_bilinear_oscillator_is_the_published_one() {
             own.kind.name(),
             own.orbit.at[0],
             own.critical()
+        );
+        let (place, [low, high]) = (own.orbit.at[0], own.bracket);
+        assert!(
+            low - 1e-9 <= place && place <= high + 1e-9,
+            "{place} {low} {high}"
         );
     }
     println!(

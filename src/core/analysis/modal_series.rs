@@ -51,8 +51,8 @@ impl Exponentials {
 
     fn fill(&mut self, blocks: &[Block], tau: f64) {
         self.terms = 0;
-        for (block, out) in blocks.iter().zip(&mut self.series) {
-            block.exponential(tau, out);
+        Block::exponentials(blocks, tau, &mut self.series);
+        for out in &self.series {
             for part in [out.map(|term| term.re), out.map(|term| term.im)] {
                 self.terms = self.terms.max(significant(&part));
             }

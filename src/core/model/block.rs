@@ -65,16 +65,42 @@ impl Block {
         if let Some(spread) = self.spread() {
             return exponential::real_pair_series(self.growth(), spread, tau, out);
         }
-        // A rigid rotation gets a very small ν.
-        let nu = self
-            .damped_frequency()
-            .unwrap_or(0.0)
-            .max(RIGID_PHASE / tau);
-        let end = exponential::legendre_series(c64(self.growth(), nu), tau, out);
-        for term in out {
-            term.im /= nu;
+        let rate = self.oscillation(tau);
+        let end = exponential::legendre_series(rate, tau, out);
+        by_frequency(rate.im, end, out)
+    }
+
+    /// As [`Self::exponential`], for many blocks; one series and one value per block.
+    pub fn exponentials<const N: usize>(
+        blocks: &[Self],
+        tau: f64,
+        out: &mut [[Complex64; N]],
+    ) -> Vec<[f64; 2]> {
+        let mut ends = Vec::with_capacity(blocks.len());
+        for (group, out) in blocks.chunks(TOGETHER).zip(out.chunks_mut(TOGETHER)) {
+            let oscillate = group.iter().all(|block| block.spread().is_none());
+            match <&mut [_; TOGETHER]>::try_from(&mut *out) {
+                Ok(all) if oscillate => {
+                    let rates = std::array::from_fn(|l| group[l].oscillation(tau));
+                    let series = all.each_mut().map(|series| &mut series[..]);
+                    let values = exponential::legendre_series_of::<TOGETHER>(rates, tau, series);
+                    let each = rates.iter().zip(values).zip(all);
+                    ends.extend(
+                        each.map(|((rate, end), series)| by_frequency(rate.im, end, series)),
+                    );
+                }
+                _ => ends.extend(
+                    (group.iter().zip(out)).map(|(block, out)| block.exponential(tau, out)),
+                ),
+            }
         }
-        [end.re, end.im / nu]
+        ends
+    }
+
+    /// Eigenvalue `growth + iν` of a block without spread. A rigid rotation gets a very small ν.
+    fn oscillation(&self, tau: f64) -> Complex64 {
+        let nu = self.damped_frequency().unwrap_or(0.0);
+        c64(self.growth(), nu.max(RIGID_PHASE / tau))
     }
 
     /// The traceless part `M = A − growth I`, so that
@@ -122,6 +148,17 @@ impl MeshGain {
     }
 }
 
+/// Number of blocks whose exponentials are computed at once.
+const TOGETHER: usize = 8;
+
+/// Divides the imaginary parts of a series and of its end by ν.
+fn by_frequency(nu: f64, end: Complex64, series: &mut [Complex64]) -> [f64; 2] {
+    for term in series {
+        term.im /= nu;
+    }
+    [end.re, end.im / nu]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -136,6 +173,23 @@ mod tests {
         let square = m[0][0] * m[0][0] + m[0][1] * m[1][0];
         assert!((square + nu * nu).abs() < 1e-12);
         assert_eq!(MeshGain::mode(&block, 1.0, 1.0).rate, [0.0, 1.0]);
+    }
+
+    /// Nineteen blocks: groups with and without a block that cannot oscillate, and a part of a group.
+    #[test]
+    fn many_exponentials_are_those_of_each_block() {
+        let mut blocks: Vec<Block> = (0..19)
+            .map(|i| Block::mode(f64::from(i), 0.05, 0.0))
+            .collect();
+        blocks[10] = Block::mode(2.0, 1.5, 0.0);
+        let mut series = [[Complex64::ZERO; 24]; 19];
+        let ends = Block::exponentials(&blocks, 0.4, &mut series);
+        for (i, block) in blocks.iter().enumerate() {
+            let mut alone = [Complex64::ZERO; 24];
+            assert_eq!(block.exponential(0.4, &mut alone), ends[i], "{i}");
+            assert_eq!(alone, series[i], "{i}");
+        }
+        assert_eq!(ends.len(), 19);
     }
 
     #[test]

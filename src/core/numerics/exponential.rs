@@ -16,6 +16,7 @@
 
 use super::legendre;
 use super::quadrature::GaussLegendre;
+use multiversion::multiversion;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 
@@ -25,30 +26,96 @@ pub const RIGID_PHASE: f64 = 1e-9;
 /// Largest |λ| τ/2 for which the series below are converged to round-off.
 pub const LARGEST_HALF_ARGUMENT: f64 = 5.0;
 
+/// Largest number of terms of a series.
+pub const MOST_TERMS: usize = 32;
+
 /// Legendre coefficients of `e^{λt}` on \[0, τ\], written to `out`; returns `e^{λτ}`.
 ///
-/// `|λ| τ/2` must not exceed [`LARGEST_HALF_ARGUMENT`] and `out` must hold at least
-/// 2 entries.
+/// `|λ| τ/2` must not exceed [`LARGEST_HALF_ARGUMENT`] and `out` must hold 2 to [`MOST_TERMS`] entries.
 pub fn legendre_series(lambda: Complex64, tau: f64, out: &mut [Complex64]) -> Complex64 {
-    let n = out.len();
-    let z = 0.5 * lambda * tau;
-    let square = z * z;
+    let [end] = legendre_series_of([lambda], tau, [out]);
+    end
+}
+
+/// As [`legendre_series`], for several exponentials at once. Their terms depend on each other, so that several
+/// exponentials take little longer than one.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
+pub fn legendre_series_of<const L: usize>(
+    lambdas: [Complex64; L],
+    tau: f64,
+    out: [&mut [Complex64]; L],
+) -> [Complex64; L] {
+    let n = out[0].len();
+    let half = lambdas.map(|lambda| 0.5 * lambda * tau);
+    let z = Several::of(half);
+    let square = z.times(z);
     // c_n from the top.
     let mut above = scaled_bessel(n, square);
     let mut current = scaled_bessel(n - 1, square);
-    out[n - 1] = current;
+    let mut terms = [current; MOST_TERMS];
     for k in (1..n).rev() {
         let factor = 1.0 / ((2 * k + 1) * (2 * k + 3)) as f64;
-        (above, current) = (current, current + factor * (square * above));
-        out[k - 1] = current;
+        let next = square.times(above).scaled_onto(factor, current);
+        (above, current) = (current, next);
+        terms[k - 1] = current;
     }
     // e^z zⁿ / (2n−1)!! from the bottom.
-    let mut power = z.exp();
-    for (k, value) in out.iter_mut().enumerate() {
-        *value *= power;
-        power = power * z * (1.0 / (2 * k + 1) as f64);
+    let mut power = Several::of(half.map(Complex64::exp));
+    for (k, term) in terms[..n].iter_mut().enumerate() {
+        *term = term.times(power);
+        power = power.times(z).scaled(1.0 / (2 * k + 1) as f64);
     }
-    (2.0 * z).exp()
+    for (l, out) in out.into_iter().enumerate() {
+        for (value, term) in out.iter_mut().zip(&terms) {
+            *value = Complex64::new(term.re[l], term.im[l]);
+        }
+    }
+    half.map(|z| (2.0 * z).exp())
+}
+/// Several complex numbers.
+#[derive(Clone, Copy)]
+struct Several<const L: usize> {
+    re: [f64; L],
+    im: [f64; L],
+}
+
+impl<const L: usize> Several<L> {
+    #[inline(always)]
+    fn of(numbers: [Complex64; L]) -> Self {
+        Self {
+            re: numbers.map(|z| z.re),
+            im: numbers.map(|z| z.im),
+        }
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        let mut out = self;
+        for l in 0..L {
+            out.re[l] = self.re[l] * other.re[l] - self.im[l] * other.im[l];
+            out.im[l] = self.re[l] * other.im[l] + self.im[l] * other.re[l];
+        }
+        out
+    }
+
+    #[inline(always)]
+    fn scaled(mut self, factor: f64) -> Self {
+        for l in 0..L {
+            self.re[l] *= factor;
+            self.im[l] *= factor;
+        }
+        self
+    }
+
+    /// `sum + factor self`.
+    #[inline(always)]
+    fn scaled_onto(self, factor: f64, mut sum: Self) -> Self {
+        for l in 0..L {
+            sum.re[l] += factor * self.re[l];
+            sum.im[l] += factor * self.im[l];
+        }
+        sum
+    }
 }
 
 /// Nodes for the exponentials of a real pair.
@@ -104,13 +171,13 @@ fn bessel_terms(n: usize) -> usize {
 }
 
 /// `c_n = Σ (z²/2)^k / (k! (2n+3)(2n+5)…(2n+2k+1))` (A&S 10.2.5), given z².
-fn scaled_bessel(n: usize, square: Complex64) -> Complex64 {
-    let mut sum = Complex64::ONE;
-    for k in (1..=bessel_terms(n)).rev() {
+#[inline(always)]
+fn scaled_bessel<const L: usize>(n: usize, square: Several<L>) -> Several<L> {
+    let one = Several::of([Complex64::ONE; L]);
+    (1..=bessel_terms(n)).rev().fold(one, |sum, k| {
         let factor = 0.5 / (k * (2 * n + 2 * k + 1)) as f64;
-        sum = 1.0 + factor * (square * sum);
-    }
-    sum
+        square.times(sum).scaled_onto(factor, one)
+    })
 }
 
 #[cfg(test)]

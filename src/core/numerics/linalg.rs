@@ -4,10 +4,13 @@
 
 use super::instructions::portable;
 use super::plain;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::lu::partial_pivoting::factor::{lu_in_place, lu_in_place_scratch};
+use faer::linalg::lu::partial_pivoting::solve::{solve_in_place, solve_in_place_scratch};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::traits::ComplexField;
 use faer::traits::ext::ComplexFieldExt;
-use faer::{Mat, MatRef, Side};
+use faer::{Mat, MatMut, MatRef, Par, Side};
 use num_complex::{Complex64, c64};
 
 /// `A B`.
@@ -117,9 +120,21 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     if portable() || rhs.len() <= SMALL {
         return plain::Lu::new(matrix.to_owned()).solve(rhs);
     }
-    let b = Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]);
-    let x = PartialPivLu::new(matrix).solve(&b);
-    (0..rhs.len()).map(|i| x[(i, 0)]).collect()
+    // Without copies of both factors, unlike a decomposition of the library.
+    let n = rhs.len();
+    let (mut factors, mut x) = (matrix.to_owned(), rhs.to_vec());
+    let (mut order, mut inverse) = (vec![0_usize; n], vec![0_usize; n]);
+    let needed = lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
+        .or(solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq));
+    let mut buffer = MemBuffer::new(needed);
+    let stack = MemStack::new(&mut buffer);
+    let rows = (&mut order[..], &mut inverse[..]);
+    let matrix = factors.as_mut();
+    let (_, order) = lu_in_place(matrix, rows.0, rows.1, Par::Seq, stack, Default::default());
+    let [lower, upper] = [factors.as_ref(); 2];
+    let column = MatMut::from_column_major_slice_mut(&mut x, n, 1);
+    solve_in_place(lower, upper, order, column, Par::Seq, stack);
+    x
 }
 
 /// A power of two near the largest entry of a matrix, if products of its entries could underflow or

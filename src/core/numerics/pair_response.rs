@@ -88,15 +88,18 @@ impl<const P: usize> PairResponse<P> {
     }
 }
 
+#[inline]
 fn times(a: &Square, b: &Square) -> Square {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
 }
 
+#[inline]
 fn on(a: &Square, x: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|i| a[i][0] * x[0] + a[i][1] * x[1])
 }
 
 /// `identity I + factor a`.
+#[inline]
 fn combined(identity: f64, a: &Square, factor: f64) -> Square {
     [
         [identity + factor * a[0][0], factor * a[0][1]],
@@ -104,6 +107,7 @@ fn combined(identity: f64, a: &Square, factor: f64) -> Square {
     ]
 }
 
+#[inline]
 fn inverted(a: &Square) -> Square {
     let determinant = a[0][0] * a[1][1] - a[0][1] * a[1][0];
     [

@@ -8,7 +8,8 @@
 //! | graze | the extreme of a contact's depth |
 //! | merging | the offset of a part of the period, along itself |
 //!
-//! Functions of all multipliers stay smooth where real multipliers become a complex pair.
+//! Signs of functions of all multipliers do not change where real multipliers become a complex pair. The size of such a
+//! function is that of its smallest factor ([`Test::at`]).
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, off_circle, pairs_outside};
 use super::locate::{locate, merging};

@@ -11,7 +11,7 @@ use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
 use super::path::{
-    LARGEST_DISTANCE, PathCondition, Span, Vector, WEIGHT, apart, guess, place, tangent,
+    LARGEST_DISTANCE, PathCondition, Span, Vector, WEIGHT, apart, guess, place, solution, tangent,
 };
 
 /// Settings for the steps along a branch.
@@ -303,18 +303,22 @@ fn advance(
         0 => PathCondition::Steep(chord),
         _ => PathCondition::Always(chord),
     };
-    let mut orbit = place(map, span, last, &ahead, across).map_err(lost)?;
-    let angle = angle(&Vector::between(span, last, &orbit), chord);
+    let found = solution(map, span, last, &ahead, across).map_err(lost)?;
+    let angle = angle(&Vector::to(span, last, &found.u, found.at), chord);
     let away = Vector {
-        u: orbit.u.iter().zip(&ahead.u).map(|(a, b)| a - b).collect(),
-        p: (orbit.at[span.axis] - ahead.p) / span.scale(),
+        u: found.u.iter().zip(&ahead.u).map(|(a, b)| a - b).collect(),
+        p: (found.at[span.axis] - ahead.p) / span.scale(),
         size: last.size(),
     };
-    let unit = map.unit();
-    let strays = orbit.repeats_sooner(unit) && !last.repeats_sooner(unit) && step > HOMECOMING;
     // Written so that NaN is rejected.
     let fits = angle <= LARGEST_ANGLE && away.length() <= LARGEST_DISTANCE * step;
-    if !fits || strays {
+    if !fits {
+        return Err(End::Corner);
+    }
+    let mut orbit = found.complete(map, last.period).map_err(lost)?;
+    let unit = map.unit();
+    let strays = orbit.repeats_sooner(unit) && !last.repeats_sooner(unit) && step > HOMECOMING;
+    if strays {
         return Err(End::Corner);
     }
     let leaves = !span.holds(orbit.at[span.axis]);

@@ -150,6 +150,14 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         TrajectoryState::new(model, state, 0)
     }
 
+    /// The end of the trajectory over `period` cycles from u.
+    fn end(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Vec<f64>, MapError> {
+        self.build(at)?;
+        let mut state = self.state(u);
+        self.advance(at, u64::from(period), &mut state, &mut ())?;
+        Ok(self.coordinates(&state.state))
+    }
+
     /// Advances a trajectory at the given parameters and passes it to an observer.
     ///
     /// # Errors
@@ -243,6 +251,28 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
         )?;
         let end = tangent.state().to_vec();
         Ok(self.coordinates(&end))
+    }
+
+    /// A difference quotient needs one more model and two integrations, an exact derivative needs seven models.
+    fn near_derivative(
+        &mut self,
+        u: &[f64],
+        at: MapParameters,
+        period: u32,
+        (axis, step): (usize, f64),
+    ) -> Result<Vec<f64>, MapError> {
+        let mut ahead = at;
+        ahead[axis] += step;
+        // There may be no drive beyond `at`.
+        let Ok(later) = self.end(u, ahead, period) else {
+            return self.by_parameter(u, at, period, axis);
+        };
+        let now = self.end(u, at, period)?;
+        let rates = later
+            .iter()
+            .zip(&now)
+            .map(|(later, now)| (later - now) / step);
+        Ok(rates.collect())
     }
 
     fn details(&mut self, u: &[f64], at: MapParameters, period: u32) -> Result<Details, MapError> {

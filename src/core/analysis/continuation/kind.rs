@@ -125,22 +125,23 @@ pub enum Test {
     Offset(u32, Vec<f64>),
 }
 
-/// The logarithm of the modulus of a product, and the sign of the product.
+/// The logarithm of the modulus of the smallest factor of a product, and the sign of the product. Near a zero, the
+/// smallest factor is closer to linear than a product of thousands of factors.
 fn product(factors: impl Iterator<Item = Complex64>) -> (f64, f64) {
-    let (mut size, mut sign) = (0.0, 1.0);
+    let (mut smallest, mut sign) = (f64::INFINITY, 1.0);
     for factor in factors {
-        size += factor.norm().ln();
+        smallest = smallest.min(factor.norm_sqr());
         // Complex factors come in pairs, whose product is positive.
         if factor.im == 0.0 && factor.re < 0.0 {
             sign = -sign;
         }
     }
-    (size, sign)
+    (0.5 * smallest.ln(), sign)
 }
 
 impl Test {
-    /// Value of the test at an orbit: the logarithm of its modulus, comparable only with values of the same test, and
-    /// its sign. `None` if the orbit has no such extreme.
+    /// Value of the test at an orbit: the logarithm of the modulus of its smallest factor, comparable only with values
+    /// of the same test, and its sign. `None` if the orbit has no such extreme.
     pub fn at(&self, orbit: &Orbit) -> Option<(f64, f64)> {
         let all = &orbit.multipliers;
         Some(match self {

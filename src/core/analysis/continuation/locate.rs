@@ -8,6 +8,7 @@ use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
 use super::map::CycleMap;
 use super::orbit::{Orbit, OrbitCondition, distance, find};
 use super::path::{LARGEST_DISTANCE, PathCondition, Span, Vector, guess, place_bare, tangent};
+use num_complex::Complex64;
 
 /// Accuracy to which a bifurcation is located, relative to the parameter's interval.
 const LOCATED: f64 = 1e-12;
@@ -17,6 +18,12 @@ const NARROW: f64 = 1e-7;
 
 /// Largest number of orbits computed to locate one zero.
 const MOST_TRIALS: usize = 80;
+
+/// Factor on a step after a step that left more than half of the bracket.
+const BEYOND: f64 = 4.0;
+
+/// Shortest step inside a bracket, in arclength.
+const SHORTEST: f64 = 0.25 * LOCATED;
 
 /// A located zero of a test.
 pub(super) struct Located {
@@ -110,8 +117,9 @@ pub(super) fn merging(
         let mut at = a.at;
         at[span.axis] = value;
         let orbit = find(map, guess, at, period, &OrbitCondition::Parameters).ok()?;
-        let (size, sign) = Test::MinusOne.at(&orbit)?;
-        Some((value, sign * size.exp(), orbit))
+        // det(M + I), smooth where two real multipliers become a pair.
+        let determinant: Complex64 = orbit.multipliers.iter().map(|m| m + 1.0).product();
+        Some((value, determinant.re, orbit))
     };
     let start = a.at[span.axis];
     let mut older = parent(&halfway(a), start)?;
@@ -163,22 +171,23 @@ pub(super) fn locate(
     let mut high = (*s_b, value(b)?, (*b).clone());
     // If the parameter reverses in the bracket, the fold cannot be reached at a given parameter.
     let turns = Test::PlusOne.changes(a, b);
-    let mut best: Option<(f64, f64, Orbit)> = None;
-    let mut exact = false;
-    let mut before = f64::INFINITY;
+    let mut exact = None;
+    let (mut before, mut misses) = (f64::INFINITY, 0);
     for _ in 0..MOST_TRIALS {
         let width = high.0 - low.0;
         let p = [&low, &high].map(|end| end.2.at[span.axis]);
-        let approached = best.as_ref().is_none_or(|(_, _, orbit)| !off(test, orbit));
+        let approached = !off(test, &nearer(&low, &high).2);
         let together = (p[0] - p[1]).abs() <= LOCATED * span.scale();
         if width <= LOCATED || together && width <= NARROW && approached {
             break;
         }
-        // If a secant step leaves more than half of the bracket, the next step halves it. The offset has no useful
-        // value beyond a merging, only a sign.
-        let halves = matches!(test, Test::Offset(..)) || width > 0.5 * before;
-        let part = if halves { 0.5 } else { (low.1 / (low.1 - high.1)).clamp(1e-3, 1.0 - 1e-3) };
-        before = if halves { f64::INFINITY } else { width };
+        misses = if width > 0.5 * before { misses + 1 } else { (misses - 1).max(0) };
+        before = width;
+        let part = match test {
+            // The offset has no useful value beyond a merging, only a sign.
+            Test::Offset(..) => 0.5,
+            _ => beyond_secant(low.1 / (low.1 - high.1), width, misses),
+        };
         let needs_details = matches!(test, Test::Depth(_) | Test::Offset(..));
         let ends = [&low, &high].map(|end| (end.0, &end.2));
         let mut parts = std::iter::once(part).chain(PARTS);
@@ -188,14 +197,8 @@ pub(super) fn locate(
             Some((s, value(&orbit)?, orbit))
         });
         let Some(middle) = middle else { break };
-        let better = best
-            .as_ref()
-            .is_none_or(|(_, known, _)| middle.1.abs() < known.abs());
-        if better {
-            best = Some(middle.clone());
-        }
-        exact = middle.1 == 0.0;
-        if exact {
+        if middle.1 == 0.0 {
+            exact = Some(middle);
             break;
         }
         if (middle.1 > 0.0) == (low.1 > 0.0) {
@@ -204,9 +207,8 @@ pub(super) fn locate(
             high = middle;
         }
     }
-    let narrow = exact || high.0 - low.0 <= NARROW;
-    let nearer = if low.1.abs() < high.1.abs() { &low } else { &high };
-    let (length, _, orbit) = best.unwrap_or_else(|| nearer.clone());
+    let narrow = exact.is_some() || high.0 - low.0 <= NARROW;
+    let (length, _, orbit) = exact.unwrap_or_else(|| nearer(&low, &high).clone());
     let mut bracket = [low.2.at[span.axis], high.2.at[span.axis]];
     bracket.sort_by(f64::total_cmp);
     Some(Located {
@@ -216,6 +218,20 @@ pub(super) fn locate(
         sides: [low.2, high.2],
         narrow,
     })
+}
+
+/// The end of a bracket with the smaller value. Each end has its arclength, value and orbit.
+fn nearer<'a>(low: &'a (f64, f64, Orbit), high: &'a (f64, f64, Orbit)) -> &'a (f64, f64, Orbit) {
+    if low.1.abs() < high.1.abs() { low } else { high }
+}
+
+/// The fraction of a bracket at which to evaluate a function with its secant's zero at the fraction `secant`. The
+/// secant falls short of the zero or passes it, and only then closes the bracket. After each of `misses` steps that left
+/// more than half of the bracket, the next step is longer, up to the middle.
+fn beyond_secant(secant: f64, width: f64, misses: i32) -> f64 {
+    let nearer = secant.min(1.0 - secant).max(SHORTEST / width);
+    let reach = (nearer * BEYOND.powi(misses)).min(0.5);
+    if secant < 0.5 { reach } else { 1.0 - reach }
 }
 
 /// Whether a fold is sought and the orbit's multiplier is not yet close enough to +1.

@@ -92,6 +92,21 @@ pub trait CycleMap {
         axis: usize,
     ) -> Result<Vec<f64>, MapError>;
 
+    /// The same derivative for Newton's method, which needs few of its digits. It may be a difference quotient over
+    /// `step`.
+    ///
+    /// # Errors
+    /// [`MapError`].
+    fn near_derivative(
+        &mut self,
+        u: &[f64],
+        at: MapParameters,
+        period: u32,
+        (axis, _step): (usize, f64),
+    ) -> Result<Vec<f64>, MapError> {
+        self.by_parameter(u, at, period, axis)
+    }
+
     /// The properties of the trajectory over `period` cycles from u.
     ///
     /// # Errors

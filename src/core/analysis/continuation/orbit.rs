@@ -80,7 +80,7 @@ impl Orbit {
             steps: self.steps,
             monodromy: &self.monodromy * &self.monodromy,
         };
-        twice.with_multipliers(2 * self.period)?.with_details(map)
+        twice.complete(map, 2 * self.period)
     }
 
     /// Displacement from the start after some cycles of a period. It is zero if the orbit repeats after these cycles.
@@ -241,6 +241,14 @@ fn newton_step(
 }
 
 impl OrbitSolution {
+    /// Adds the multipliers and the details.
+    ///
+    /// # Errors
+    /// [`NoOrbit`] if the multipliers are not finite, or if the orbit cannot be integrated.
+    pub fn complete(self, map: &mut impl CycleMap, period: u32) -> Result<Orbit, NoOrbit> {
+        self.with_multipliers(period)?.with_details(map)
+    }
+
     /// Adds the multipliers.
     ///
     /// # Errors
@@ -284,9 +292,7 @@ pub fn find(
     period: u32,
     condition: &OrbitCondition,
 ) -> Result<Orbit, NoOrbit> {
-    correct(map, guess, at, period, condition)?
-        .with_multipliers(period)?
-        .with_details(map)
+    correct(map, guess, at, period, condition)?.complete(map, period)
 }
 
 /// Euclidean length.

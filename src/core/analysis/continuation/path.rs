@@ -1,7 +1,7 @@
 //! Guesses and corrected orbits between and beyond consecutive orbits of a branch.
 
-use super::map::CycleMap;
-use super::orbit::{NoOrbit, Orbit, OrbitCondition, correct, length};
+use super::map::{CycleMap, MapParameters};
+use super::orbit::{NoOrbit, Orbit, OrbitCondition, OrbitSolution, correct, length};
 
 /// Weight in the arclength: a change of the orbit by the size of its motion, relative to a change of the parameter by
 /// its whole interval.
@@ -14,6 +14,9 @@ const STEEP: f64 = 0.15;
 /// Largest distance of an orbit from its guess or from the chord of its bracket, relative to the step or the chord. A
 /// more distant orbit belongs to another branch.
 pub(super) const LARGEST_DISTANCE: f64 = 0.5;
+
+/// Step of difference quotients of the map, relative to the parameter's interval.
+const DIFFERENCE: f64 = 1e-7;
 
 /// Largest number of orbits in a polynomial guess.
 const MOST_KNOTS: usize = 4;
@@ -77,10 +80,15 @@ impl Vector {
 
     /// The vector from one orbit to another.
     pub fn between(span: &Span, a: &Orbit, b: &Orbit) -> Self {
+        Self::to(span, a, &b.u, b.at)
+    }
+
+    /// The vector from an orbit to a point.
+    pub fn to(span: &Span, from: &Orbit, u: &[f64], at: MapParameters) -> Self {
         Self {
-            u: b.u.iter().zip(&a.u).map(|(b, a)| b - a).collect(),
-            p: (b.at[span.axis] - a.at[span.axis]) / span.scale(),
-            size: a.size(),
+            u: u.iter().zip(&from.u).map(|(u, from)| u - from).collect(),
+            p: (at[span.axis] - from.at[span.axis]) / span.scale(),
+            size: from.size(),
         }
     }
 }
@@ -149,6 +157,22 @@ pub fn place_bare(
     guess: &Vector,
     across: PathCondition<'_>,
 ) -> Result<Orbit, NoOrbit> {
+    let mut orbit = solution(map, span, like, guess, across)?.with_multipliers(like.period)?;
+    orbit.details.size = like.size();
+    Ok(orbit)
+}
+
+/// Finds the orbit near a guess, without multipliers and details.
+///
+/// # Errors
+/// [`NoOrbit`].
+pub fn solution(
+    map: &mut impl CycleMap,
+    span: &Span,
+    like: &Orbit,
+    guess: &Vector,
+    across: PathCondition<'_>,
+) -> Result<OrbitSolution, NoOrbit> {
     let mut at = like.at;
     at[span.axis] = guess.p;
     let condition = match across {
@@ -160,22 +184,20 @@ pub fn place_bare(
         }
         PathCondition::Parameter | PathCondition::Steep(_) => OrbitCondition::Parameters,
     };
-    let mut orbit =
-        correct(map, &guess.u, at, like.period, &condition)?.with_multipliers(like.period)?;
-    orbit.details.size = like.size();
-    Ok(orbit)
+    correct(map, &guess.u, at, like.period, &condition)
 }
 
 fn plane(
     map: &mut impl CycleMap,
     span: &Span,
     period: u32,
-    (u, at): (&[f64], super::map::MapParameters),
+    (u, at): (&[f64], MapParameters),
     direction: &Vector,
 ) -> Result<OrbitCondition, NoOrbit> {
     let long = direction.length();
     let weight = (WEIGHT / direction.size).powi(2) / long;
-    let column = map.by_parameter(u, at, period, span.axis)?;
+    let step = DIFFERENCE * span.scale();
+    let column = map.near_derivative(u, at, period, (span.axis, step))?;
     Ok(OrbitCondition::Plane {
         axis: span.axis,
         scale: span.scale(),

@@ -174,6 +174,8 @@ impl<'m> TouchObserver<'m> {
             padded(closed.deflection)
         } else if line == self.model.line(&window.segments[0]) {
             padded(window.deflection)
+        } else if let Some(along) = window.along.get(contact) {
+            padded(along)
         } else {
             let motion = self
                 .motion
@@ -199,6 +201,7 @@ impl<'m> TouchObserver<'m> {
 
 impl Observer for TouchObserver<'_> {
     const WINDOWS: bool = true;
+    const LINES: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
         let half_gap = self.model.half_gap;

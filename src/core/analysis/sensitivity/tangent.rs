@@ -20,7 +20,7 @@
 
 use super::derivative_observer::{DerivativeObserver, WindowDerivative};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
-use crate::model::{Contact, Direction, Model, Segment};
+use crate::model::{Block, Contact, Direction, Model, Segment};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms24};
 use crate::numerics::linalg::solve;
@@ -300,9 +300,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         let period = self.model.period();
         let order = closed.len() * TERMS;
         let mut exponentials = vec![[Complex64::ZERO; IMPULSE_RESPONSE_TERMS]; self.model.modes()];
-        for (block, out) in self.model.blocks.iter().zip(&mut exponentials) {
-            block.exponential(tau, out);
-        }
+        Block::exponentials(&self.model.blocks, tau, &mut exponentials);
         let mut system = Mat::<f64>::identity(order, order);
         let mut right = vec![0.0; order];
         for (i, contact) in closed.iter().enumerate() {

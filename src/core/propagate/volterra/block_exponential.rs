@@ -3,6 +3,7 @@
 use super::shapes::TERMS;
 use crate::model::{Block, MeshGain};
 use crate::numerics::convolution::significant;
+use multiversion::multiversion;
 use num_complex::Complex64;
 
 /// Terms of the series of response kernels; the convolution table's first size.
@@ -17,16 +18,18 @@ pub struct BlockExponential {
 }
 
 impl BlockExponential {
-    /// The series on a window of length `delta` \[s\].
-    pub fn new(block: &Block, delta: f64) -> Self {
-        let mut series = [Complex64::ZERO; KERNEL_TERMS];
-        let end = block.exponential(delta, &mut series);
-        Self {
-            cosine: series.map(|c| c.re),
-            sine: series.map(|c| c.im),
-            end,
-            traceless: block.traceless(),
-        }
+    /// The series of all blocks on a window of length `delta` \[s\].
+    pub fn all(blocks: &[Block], delta: f64) -> Vec<Self> {
+        let mut series = vec![[Complex64::ZERO; KERNEL_TERMS]; blocks.len()];
+        let ends = Block::exponentials(blocks, delta, &mut series);
+        (blocks.iter().zip(series).zip(ends))
+            .map(|((block, series), end)| Self {
+                cosine: series.map(|c| c.re),
+                sine: series.map(|c| c.im),
+                end,
+                traceless: block.traceless(),
+            })
+            .collect()
     }
 
     /// Number of significant terms, an even number; the others are below round-off.
@@ -76,6 +79,7 @@ impl Default for Kernels {
 }
 
 impl Kernels {
+    #[inline(always)]
     pub fn add(&mut self, gain: &MeshGain, exponential: &BlockExponential, input: [f64; 2]) {
         let turned = apply(&exponential.traceless, input);
         for (sums, w) in [
@@ -92,6 +96,7 @@ impl Kernels {
 }
 
 /// The responses of the deflection seen with the gains `seen` to an impulse of the force with the gains `force`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 pub fn impulse(
     seen: &[MeshGain],
     force: &[MeshGain],

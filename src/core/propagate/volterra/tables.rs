@@ -133,10 +133,7 @@ impl VolterraTables {
             joint.extend((0..base).map(of_cycle));
         }
         let exponentials: Vec<Vec<_>> = (lengths.iter())
-            .map(|&delta| {
-                let exponential = |block| BlockExponential::new(block, delta);
-                model.blocks.iter().map(exponential).collect()
-            })
+            .map(|&delta| BlockExponential::all(&model.blocks, delta))
             .collect();
         let mut windows: Vec<WindowTable> = Vec::with_capacity(requests.kinds.len());
         let closures = requests.closures.into_iter().zip(requests.varying);
