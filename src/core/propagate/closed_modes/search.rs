@@ -152,10 +152,10 @@ fn exit_of_halves(
 
 /// A root of a margin that is negative at the end of an interval, if the rates prove that no earlier one exists.
 ///
-/// The margin is above a line of slope `rise` to any later root, less the sag `C s t / 2` at a distance s from the start and
-/// t from the root. It is also above `r t − C t²/2` if it falls with the rate r at the root. One of these is positive at every
-/// distance if `rise + r ≥ C (s + t)/2`. The rise is the rate of a margin that starts at zero, and otherwise its value
-/// divided by the length of the interval, or more.
+/// At a distance s from the start the margin is positive if `rise > C s/2`. The rise is the rate of a margin that starts at
+/// zero, which is not below `rise s − C s²/2`. Otherwise it is the start's value divided by the length of the interval: the
+/// margin is not below the chord to the root, less the sag. At a distance t from a root at which the margin falls with the
+/// rate r, it is not below `r t − C t²/2`. Both ranges meet if `rise + r ≥ C (s + t)/2`.
 #[inline(always)]
 fn first_by_rates<M: Margin + ?Sized>(
     margin: &mut M,
