@@ -3,7 +3,6 @@
 use super::StoreError;
 use super::chains::direction_columns;
 use super::covariant::covariant_columns;
-use super::file::Row;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
@@ -32,10 +31,6 @@ pub struct SpectrumRow {
     /// The line.
     pub line: SpectrumLine,
 }
-
-impl Row for ResultOfPoint<PoincareSample> {}
-
-impl Row for SpectrumRow {}
 
 /// Takes the samples of a point.
 pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<ResultOfPoint<PoincareSample>> {
