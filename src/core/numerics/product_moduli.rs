@@ -90,11 +90,11 @@ pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Ve
 /// One application of the factors to orthonormal columns.
 struct Sweep {
     end: Mat<f64>,
-    /// `Q_0ᵀ Q_k`.
+    /// `W = Q_0ᵀ Q_k`.
     turned: Mat<f64>,
-    /// ln D.
+    /// `ln D`, column by column.
     lengths: Vec<f64>,
-    /// U.
+    /// U, unit upper triangular.
     upper: Mat<f64>,
     /// Contribution of round-off of the factors to the error of each of `lengths`.
     errors: Vec<f64>,

@@ -31,7 +31,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 const MAX_FAULTY: usize = 1000;
 
 /// Message about inconsistent values if no section gives a reason.
-const NO_DRIVE: &str = "the values do not fit together";
+const NO_DRIVE: &str = "the values do not fit together, and no section gives the reason: this is \
+    an error of atlas, please report it with the manifest";
 
 /// Number of occurrences of a fault.
 #[derive(Debug)]
@@ -42,13 +43,13 @@ struct Occurrence {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 
-/// The key that thins the teeth of a drawing where it varies.
+/// Key that, where it varies, changes the teeth of a drawing: thinner teeth give the half gap.
 const HALF_GAP: &str = "mesh.half_gap";
 
 /// Largest number of nodes of the tree that are resolved over all judged combinations: about a tenth of a second.
 const MOST_NODES: usize = 500_000;
 
-/// Limits of the number of judged combinations of a larger grid; a larger text has fewer.
+/// Smallest and largest number of combinations that are judged if not all are; long manifests get fewer.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
 /// Number of resolved combinations that are kept beside the judged ones: some megabytes.

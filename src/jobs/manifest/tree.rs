@@ -139,7 +139,8 @@ impl Node {
 
     /// Puts `node` at a path of keys and array indices, creating tables on the way.
     ///
-    /// Returns the end of the path if it names a missing element.
+    /// # Errors
+    /// [`MissingElement`] if the path names an element of a list that does not exist.
     pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), MissingElement> {
         let is_index = |part: &str| part.parse::<usize>().is_ok();
         let mut place = self;
@@ -187,7 +188,7 @@ impl Node {
     }
 }
 
-/// The end of a path that names a missing element.
+/// Where a path leaves the tree: it names an element that does not exist.
 #[derive(Debug)]
 pub(super) struct MissingElement {
     /// The path up to the node without such an element.

@@ -30,8 +30,8 @@ const AHEAD: usize = 4096;
 /// early wait in memory until those before it are written.
 const LOOK: usize = 16;
 
-/// Longest row of the grid for which times are passed on to the next row: times for chains beyond the window are
-/// stored.
+/// Longest row of the grid, in chains, whose computing times predict those of the next row. The limit bounds the memory
+/// for these times.
 const LONGEST_ROW: usize = 16_384;
 
 /// Number of modes whose work equals the fixed work of integrating a cycle (docs/measured.md).

@@ -219,8 +219,8 @@ pub enum QuantityError {
         /// The expected dimension.
         wanted: Dimension,
     },
-    /// The value does not fit in a double.
-    #[error("`{text}` does not fit in a double")]
+    /// The value is infinite as a floating-point number.
+    #[error("`{text}` is too large for a floating-point number (at most 1.8e308)")]
     NotFinite {
         /// The text.
         text: String,

@@ -11,10 +11,11 @@ pub const SLOW: f64 = 0.5;
 /// 2048 divided by the fastest rate. Practical drives have shorter periods.
 const SLOWEST: f64 = SLOW / 2048.0;
 
-/// The limit is reduced by this factor if a period is longer.
+/// Factor by which the limit is reduced, once or more, if the period is longer.
 const SLOWER: f64 = 64.0;
 
-/// Waves may be slower than [`SLOW`] per mesh period by this factor: excitation is not split off them.
+/// Waves may be slower than [`SLOW`] per mesh period by this factor. The table of that speed advances such waves with
+/// the slow group and splits no constant input off them.
 const BORNE: f64 = 8.0;
 
 /// Rates that define a basis of a structure and its mesh.
@@ -22,7 +23,7 @@ const BORNE: f64 = 8.0;
 pub struct Rates {
     /// Upper bound of all rates \[rad/s\].
     pub fastest: f64,
-    /// Limit below which an eigenvalue is slow \[rad/s\].
+    /// Eigenvalues below this are slow: they do not become waves \[rad/s\].
     pub slow: f64,
 }
 

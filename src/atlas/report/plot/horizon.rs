@@ -14,9 +14,9 @@ use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;
 const BOTTOM: f64 = 526.0;
-/// Smallest number of cycles of the straight line: averages over fewer cycles are correlated.
+/// Cycles of an average from which on its standard error follows a power law; shorter averages are correlated.
 const FROM: f64 = 10.0;
-/// The range between the separations of single twins.
+/// Colour of the range between the separations of single twins.
 const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
 
 /// A quantity over cycles: cycles, value, spread.

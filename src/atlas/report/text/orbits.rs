@@ -139,7 +139,7 @@ fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
     }
 }
 
-/// `3: load 0.05, speed 1200 rad/s, sweep up`.
+/// A point in words: `3: load 0.05, speed 1200 rad/s, sweep up`.
 fn words(summary: &Summary, point: &PointSummary) -> String {
     let place = place_words(summary, varied(&summary.axes), &point.axis_values);
     let sweep = point.direction.iter().map(|way| format!("sweep {way}"));

@@ -230,7 +230,7 @@ impl Record {
     }
 }
 
-/// Averages over stretches of ten cycles.
+/// Means over stretches of ten cycles.
 fn stretches(values: &[f64]) -> Vec<f64> {
     let stretches = values.chunks_exact(CYCLES_PER_AVERAGE as usize);
     stretches.map(mean).collect()

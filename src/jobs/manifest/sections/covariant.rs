@@ -36,7 +36,7 @@ pub(super) fn read(table: &Section, model: Option<&ModelSpec>) -> Option<Covaria
     Some(config)
 }
 
-/// Whether a model has as many exponents as a key requests; `None` if it does not, which is reported.
+/// Reports a request for more exponents than the model has; `None` if so.
 pub(super) fn has_exponents(
     table: &Section,
     key: &str,

@@ -186,7 +186,7 @@ pub(super) fn plane_of(module: f64, width: f64) -> Plane {
     if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress }
 }
 
-/// Reports a length without a hub, in tables that may have a hub.
+/// Warns of `hub_length` without `hub_diameter`.
 pub(super) fn hub_is_whole(section: &Section) {
     if !section.has("hub_diameter") {
         section.without_effect(

@@ -238,7 +238,8 @@ fn bearing(table: &Section, width: Option<f64>) -> Option<Bearing> {
 }
 
 impl Parts<'_> {
-    /// The mesh of a set's planets with an external gear, the sun; the first one in the manifest.
+    /// The mesh of a set's planets with an external gear, the sun; the first one in the manifest. An inner `None`: no
+    /// sun; an outer `None`: a key has faults.
     fn sun_of(&self, section: &Section, set: usize) -> Option<Option<SunMesh>> {
         let first = (self.gears(section, "gears")?, None);
         let tables = section.tables("mesh")?;
@@ -305,8 +306,8 @@ impl Planets {
             .map_err(|error| error.to_string())
     }
 
-    /// The meshes of the other planets of this set that correspond to a mesh of the first one. `train` has only meshes
-    /// of first planets.
+    /// The meshes of the other planets of this set that correspond to a mesh of the first one. So far `train` contains
+    /// only the meshes of the first planet of each set.
     pub fn others(
         &self,
         train: &TrainDrive,
