@@ -31,7 +31,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 const MAX_FAULTY: usize = 1000;
 
 /// Message about inconsistent values if no section gives a reason.
-const NO_DRIVE: &str = "the values do not fit together, and no section gives the reason: this is \
+const INCONSISTENT: &str = "the values do not fit together, and no section gives the reason: this is \
     an error of atlas, please report it with the manifest";
 
 /// Number of occurrences of a fault.
@@ -122,7 +122,7 @@ pub(super) fn expand(
         checked += 1;
         if resolved.is_none() && issues.count() == 0 {
             // A combination that cannot be resolved is an error, even if no section gives a reason.
-            Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", NO_DRIVE)
+            Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", INCONSISTENT)
                 .label("these values")
                 .report(issues);
         }
@@ -417,7 +417,7 @@ impl PointResolver {
                 Ok(resolved)
             }
             (_, Some(fault)) => Err(fault.message.clone()),
-            (None, None) => Err(NO_DRIVE.to_owned()),
+            (None, None) => Err(INCONSISTENT.to_owned()),
         }
     }
 }

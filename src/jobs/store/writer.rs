@@ -30,9 +30,9 @@ use super::{PointRow, StoreError};
 impl Row for PointRow {
     fn list_bytes(&self) -> usize {
         let exponents = self.outcome.lyapunov.as_ref().map_or(0, |found| {
-            let course = found.course.as_ref();
-            let course = course.map_or(0, |c| c.cycles.len() + 2 * c.exponents.len());
-            found.exponents.len() + found.errors.len() + course
+            let convergence = found.convergence.as_ref();
+            let convergence = convergence.map_or(0, |c| c.cycles.len() + 2 * c.exponents.len());
+            found.exponents.len() + found.errors.len() + convergence
         });
         let covariant = self.covariant.as_ref().map_or(0, list_length);
         let nvh = self.outcome.nvh.as_ref().map_or(0, |nvh| {
@@ -158,7 +158,7 @@ impl Destination {
                 self.open(kind, table, &[], move |point| transition_rows(point, &axis))
             }
             TableKind::Basins => {
-                let Some(axes) = &layout.basins else {
+                let Some(axes) = &layout.basin_axes else {
                     return Ok(None);
                 };
                 let axes = axes.each_ref().map(|axis| [&axis.name, &axis.unit]);

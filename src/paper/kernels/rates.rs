@@ -12,11 +12,11 @@ pub const SLOW: f64 = 0.5;
 const SLOWEST: f64 = SLOW / 2048.0;
 
 /// Factor by which the limit is reduced, once or more, if the period is longer.
-const SLOWER: f64 = 64.0;
+const LIMIT_REDUCTION: f64 = 64.0;
 
 /// Waves may be slower than [`SLOW`] per mesh period by this factor. The table of that speed advances such waves with
 /// the slow group and splits no constant input off them.
-const BORNE: f64 = 8.0;
+const WAVE_MARGIN: f64 = 8.0;
 
 /// Rates that define a basis of a structure and its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,10 +35,10 @@ impl Rates {
         let limit = SLOW / model.period();
         let mut slow = SLOWEST * fastest;
         while slow > limit {
-            slow /= SLOWER;
+            slow /= LIMIT_REDUCTION;
         }
         let mut modes = model.blocks.iter().flat_map(eigenvalues);
-        if modes.any(|rate| (slow..limit / BORNE).contains(&rate)) {
+        if modes.any(|rate| (slow..limit / WAVE_MARGIN).contains(&rate)) {
             slow = limit;
         }
         Self { fastest, slow }
