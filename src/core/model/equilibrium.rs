@@ -70,23 +70,23 @@ impl RotatedStaticContact {
     }
 
     /// The contact as an input of the search ([`super::rest`]). `at_load` are displacements of the elastic
-    /// modes under the load, `push` is the effect of its force on the modes, and `yielding` is its
+    /// modes under the load, `push` is the effect of its force on the modes, and `compliance` is its
     /// displacement by the forces of all contacts. `rigid_motions` are the rigid motions that deflect
     /// contacts.
     fn static_contact(
         &self,
         at_load: &[f64],
         push: &[f64],
-        yielding: Vec<f64>,
+        compliance: Vec<f64>,
         rigid_motions: &[usize],
     ) -> StaticContact {
         StaticContact {
-            reach: self.side * (dot(&self.deflection, at_load) - self.shut),
+            offset: self.side * (dot(&self.deflection, at_load) - self.shut),
             size: self.shut.abs() + dot_of_moduli(&self.deflection, at_load),
             stiffness: self.stiffness,
             along: self.rigid_part(&self.deflection, rigid_motions),
             push: self.rigid_part(push, rigid_motions),
-            yielding,
+            compliance,
         }
     }
 
@@ -206,15 +206,15 @@ impl Model {
             load: rigid_motions.iter().map(|&r| load[r]).collect(),
         };
         let whole = contacts(&|i| {
-            let yielding = (0..all.len())
+            let compliance = (0..all.len())
                 .map(|j| flexibility(i, j, &responses_to_forces))
                 .collect();
-            all[i].static_contact(&at_load, &all[i].force, yielding, rigid_motions)
+            all[i].static_contact(&at_load, &all[i].force, compliance, rigid_motions)
         });
         let smooth = contacts(&|i| {
             let half = |i, j| 0.5 * flexibility(i, j, &responses_to_deflections);
-            let yielding = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
-            all[i].static_contact(&at_load, &all[i].deflection, yielding, rigid_motions)
+            let compliance = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
+            all[i].static_contact(&at_load, &all[i].deflection, compliance, rigid_motions)
         });
         let from = self.sought_from(all, modes, rigid_motions);
         let rest_state = rest::static_state(&smooth, &whole, &from)?;

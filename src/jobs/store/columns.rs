@@ -150,11 +150,11 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Kaplan–Yorke dimension of the states once per mesh cycle; null if the computed exponents do not determine it";
         f64 "kaplan_yorke_stderr", "1", row.lyapunov()?.dimension?.stderr,
             "Standard error of kaplan_yorke, from block averages";
-        list "course_cycles", "mesh cycles", &*row.lyapunov()?.course.as_ref()?.cycles,
+        list "course_cycles", "mesh cycles", &*row.lyapunov()?.convergence.as_ref()?.cycles,
             "Mesh cycles measured at each entry of course_exponents";
-        list "course_exponents", "1/cycle", &*row.lyapunov()?.course.as_ref()?.exponents,
+        list "course_exponents", "1/cycle", &*row.lyapunov()?.convergence.as_ref()?.exponents,
             "Running mean of the largest exponent at all entries, then of the next exponent, and so on";
-        list "course_stderr", "1/cycle", &*row.lyapunov()?.course.as_ref()?.errors,
+        list "course_stderr", "1/cycle", &*row.lyapunov()?.convergence.as_ref()?.errors,
             "Standard errors of course_exponents";
         u32 "trajectories", "1", row.outcome.evidence.as_ref()?.trajectories,
             "Number of trajectories measured for a motion that does not settle; null if it settles";

@@ -118,7 +118,7 @@ impl Destination {
                 self.open(kind, table, &[], move |point| transition_rows(point, &axis))
             }
             TableKind::Basins => {
-                let Some(axes) = &layout.basins else {
+                let Some(axes) = &layout.basin_axes else {
                     return Ok(None);
                 };
                 let axes = axes.each_ref().map(|axis| [&axis.name, &axis.unit]);

@@ -39,7 +39,7 @@ impl Span {
     }
 
     /// Whether a value lies in the interval, including its ends.
-    pub fn holds(&self, value: f64) -> bool {
+    pub fn contains(&self, value: f64) -> bool {
         (self.from..=self.to).contains(&value)
     }
 }

@@ -282,7 +282,7 @@ impl<'m> Balance<'m> {
             }
             for (friction, closed) in friction.iter_mut().zip(window.closed) {
                 let segment = &window.segments[closed.contact];
-                let direction = model.direction_of_motion(closed.contact, segment);
+                let direction = model.motion_direction_index(closed.contact, segment);
                 let gain = &model.directions[direction].gains[i];
                 let rubbing = gain.mesh_input[1] - gain.deflection[0];
                 if rubbing != 0.0 {
@@ -318,7 +318,7 @@ impl<'m> Balance<'m> {
         let segment = &window.segments[closed.contact];
         let (mut deflection, force) = (padded(closed.deflection), padded(closed.force));
         let model = self.model();
-        let direction = model.direction_of_motion(closed.contact, segment);
+        let direction = model.motion_direction_index(closed.contact, segment);
         for h in &model.lines[model.directions[direction].line].transmission_error {
             // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
             let phase = h.turned(window.cycle, window.start) + h.phase + FRAC_PI_2;

@@ -223,7 +223,8 @@ fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
     (cuts, face.slices.div_ceil(most + 1))
 }
 
-/// Positions of the pairs at a position of the face, the latest pair first \[m\].
+/// Positions of the pairs on the line of action \[m\] at a place on the face; the pair that entered contact last comes
+/// first.
 fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, SharingError> {
     let ahead = phase + law.helix() * place / law.path().base_pitch;
     let positions = pairs::positions(law, ahead.rem_euclid(1.0));
