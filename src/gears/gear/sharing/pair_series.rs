@@ -176,7 +176,7 @@ mod tests {
                 let compliance = exact.compliance();
                 let close = |found: f64, exact: f64, scale: f64| {
                     assert!(
-                        (found - exact).abs() < 1e-14 * scale,
+                        (found - exact).abs() < 1e-13 * scale,
                         "{position}: {found} {exact}"
                     );
                 };
