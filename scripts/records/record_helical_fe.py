@@ -32,6 +32,7 @@ NORMAL, HELIX, SHIFTS, BORES, THINNING = radians(20), radians(18), (0.166, 0.009
 RELIEF, LENGTH, CROWNING = 20e-6, 1.6e-3, 4e-6
 ALPHA, BASE = atan(tan(NORMAL) / cos(HELIX)), asin(sin(HELIX) * cos(NORMAL))
 TORQUES, PHASES, CELL = (5.0, 10.0, 95.0, 190.0), 12, 0.85e-3
+SPLIT = 6  # parts of a cell between which gaps and flattening vary
 FINE, COARSE = (2.0, 14), (3.0, 12)  # size of elements as in record_tooth_fe.py, and degree along the face
 
 
@@ -290,29 +291,48 @@ def touching(compliance, gap, widths, force):
     raise RuntimeError("contact does not settle")
 
 
+def divided(matrix, found):
+    """Cells in SPLIT parts, and the displacements of gears there under line loads on them, linear between cells."""
+    parts, blocks, owner = [], [], []
+    for pair, (_, cells) in enumerate(found):
+        shift = (np.arange(SPLIT) + 0.5) / SPLIT - 0.5
+        spread = [(place + width * u * tan(BASE), z + width * u, width / SPLIT) for place, z, width in cells for u in shift]
+        middles, spots = (np.array([z for _, z, _ in of]) for of in (cells, spread))
+        at = np.clip(np.searchsorted(middles, spots) - 1, 0, max(len(cells) - 2, 0))
+        block = np.zeros((len(spread), len(cells)))
+        rows, next_ = np.arange(len(spread)), np.minimum(at + 1, len(cells) - 1)
+        part = (spots - middles[at]) / np.where(next_ > at, middles[next_] - middles[at], np.inf)
+        np.add.at(block, (rows, at), 1 - part)
+        np.add.at(block, (rows, next_), part)
+        parts, owner = parts + spread, owner + [pair] * len(spread)
+        blocks.append(block)
+    between = sparse.block_diag(blocks).toarray()
+    forces = matrix / np.array([width for _, cells in found for *_, width in cells])
+    widths = np.array([width for *_, width in parts])
+    return parts, widths, np.array(owner), between @ forces @ between.T * widths
+
+
 def meet(matrix, found, torque, modified):
-    """Approach, secant, tangent, tangent with the flattening of the mean line load, peak, and shares of the pairs."""
-    cells = [cell for _, cells in found for cell in cells]
-    widths, gap, force = np.array([w for *_, w in cells]), gaps(cells, modified), torque / GEARS[0].base
-    body, (constant, slope) = matrix / YOUNG, flattening(cells)
-    load, even = np.full(len(cells), force / WIDTH / 2), force / WIDTH / 2
+    """The values of KEYS, and the shares of the pairs in the load."""
+    cells, widths, owner, body = divided(matrix / YOUNG, found)
+    gap, force = gaps(cells, modified), torque / GEARS[0].base
+    constant, slope = flattening(cells)
+    give = constant - slope * np.log(force / WIDTH)
+    load, linear_approach, linear = touching(body + np.diag(give), gap, widths, force)
     for _ in range(60):
-        # Cells without load have no contact to flatten; any positive load serves there.
+        # Cells without load have no contact to flatten; any small load serves there.
         give = constant - slope * np.log(np.maximum(load, 1e-3 * force / WIDTH))
         last, (load, approach, _) = load, touching(body + np.diag(give), gap, widths, force)
         if max(abs(load - last)) < 1e-9 * max(load):
             break
+    else:
+        raise RuntimeError("flattening does not settle")
     on = load > 0
     steep = np.linalg.inv((body + np.diag(give - slope))[np.ix_(on, on)])
     tangent = widths[on] @ steep.sum(1) * cos(BASE)
-    for _ in range(60):
-        give = constant - slope * np.log(even)
-        loads, mean_approach, linear = touching(body + np.diag(give), gap, widths, force)
-        even = force / widths[loads > 0].sum()
-    owner = np.repeat(np.arange(len(found)), [len(cells) for _, cells in found])
-    shares = [float((load * widths)[owner == pair].sum() / force) for pair in range(len(found))]
     secant = force / (approach - min(gap) / cos(BASE))
-    return np.array([approach, secant, tangent, mean_approach, linear, max(load)]), shares
+    shares = [float((load * widths)[owner == pair].sum() / force) for pair in range(len(found))]
+    return [approach, tangent, secant, max(load), linear_approach, linear], shares
 
 
 def mesh_cycle(scale, degree):
@@ -322,10 +342,66 @@ def mesh_cycle(scale, degree):
     for index in (0, 1):
         elements = Elements(index, scale, degree)
         for i, phase in enumerate(phases):
-            matrix = elements.compliance(phase)
-            apart = max(apart, abs(matrix - matrix.T).max() / matrix.max())
+            widths = np.array([width for _, cells in pairs(phase) for *_, width in cells])
+            forces = elements.compliance(phase) / widths
+            apart = max(apart, abs(forces - forces.T).max() / forces.max())
             # A force and the displacement that it causes elsewhere may change places (Betti).
-            total[i] = total[i] + (matrix + matrix.T) / 2
+            total[i] = total[i] + (forces + forces.T) / 2 * widths
         elements.solver.free_memory(everything=True)
         print(f"gear {index}: {len(elements.nodes)} nodes", file=sys.stderr, flush=True)
     return phases, total, apart
+
+
+CASES = [(torque, True) for torque in TORQUES] + [(TORQUES[1], False), (TORQUES[-1], False)]
+KEYS = "transmission_error", "tangent", "secant", "peak", "linear_transmission_error", "linear_stiffness"
+HEADER = f"""\
+# Made by scripts/records/record_helical_fe.py: the gears of manifests/gearbox.toml in finite elements of three
+# dimensions, whole, held at the bore, both ends of the face free. Lengths in m, forces in N; E {YOUNG / 1e9:.0f} GPa,
+# Poisson's ratio {NU}. The gears are aligned. Their axes stay where they are.
+#
+# base_radius, tip_radius, path: of pinion and wheel in the transverse section; start and end of the path of contact
+#   from the pitch point along the transverse line of action.
+# phase: mesh phases of the columns below; at phase p the pairs stand at start + (p + j) base pitches at mid-face.
+# asymmetry: largest difference of a displacement from that with place and force exchanged, relative to the largest
+#   displacement. The means of both are used.
+#
+# torque: on the pinion [N m].
+# modified: whether the flanks have tip relief and crowning; false: involutes.
+# transmission_error: approach x along the transverse line of action, from flanks that touch without load at mid-face.
+# tangent: dF/dx, with F = torque/base radius and x the transmission error; every part of the face flattens by its own load.
+# secant: F over x less the approach at first touch.
+# peak: largest line load, force normal to the flank per length of the line of contact.
+# linear_transmission_error, linear_stiffness: the same as transmission_error and tangent, but with a flattening in
+#   proportion to the load: the secant at the line load F over face width, as the program's tables have it.
+# share: shares of the pairs in the load by mesh phase, the latest first.
+# mesh_error: relative changes from a mesh with edges 1.5 times as long and two degrees less along the face to the one
+#   recorded: of the means over the phases of transmission_error, tangent, secant, of the largest peak; and of
+#   the peak-to-peak values of transmission_error and tangent.
+"""
+
+
+def summary(rows):
+    """Means of the first three keys, the largest peak, and two peak-to-peak values."""
+    return np.array([*rows[:, :3].mean(0), rows[:, 3].max(), np.ptp(rows[:, 0]), np.ptp(rows[:, 1])])
+
+
+def record():
+    text = lambda values: [float(f"{v:.6g}") for v in values]
+    phases, best, apart = mesh_cycle(*FINE)
+    _, rough, _ = mesh_cycle(*COARSE)
+    print(HEADER)
+    print(f"base_radius = {text(g.base for g in GEARS)}\ntip_radius = {text(g.outer for g in GEARS)}")
+    print(f"path = {text([START, END])}\nphase = {text(phases)}\nasymmetry = {apart:.2g}")
+    for torque, modified in CASES:
+        of = lambda matrices: [meet(m, pairs(p), torque, modified) for p, m in zip(phases, matrices)]
+        found = of(best)
+        rows, coarse = (np.array([row for row, _ in cycle]) for cycle in (found, of(rough)))
+        print(f"\n[[case]]\ntorque = {torque}\nmodified = {str(modified).lower()}")
+        for key, column in zip(KEYS, rows.T):
+            print(f"{key} = {text(column)}")
+        print(f"share = {[[round(s, 4) for s in shares] for _, shares in found]}")
+        print(f"mesh_error = {[float(f'{v:.2g}') for v in summary(coarse) / summary(rows) - 1]}")
+
+
+if __name__ == "__main__":
+    record()
