@@ -31,9 +31,11 @@ TEETH, MODULE, WIDTH, DISTANCE = (29, 42), 2e-3, 17e-3, 75e-3
 NORMAL, HELIX, SHIFTS, BORES, THINNING = radians(20), radians(18), (0.166, 0.0098), (32e-3, 36e-3), 82e-6
 RELIEF, LENGTH, CROWNING = 20e-6, 1.6e-3, 4e-6
 ALPHA, BASE = atan(tan(NORMAL) / cos(HELIX)), asin(sin(HELIX) * cos(NORMAL))
-TORQUES, PHASES, CELL = (5.0, 10.0, 95.0, 190.0), 12, 0.85e-3
+TORQUES, PHASES = (5.0, 10.0, 95.0, 190.0), 12
+PLACES = (np.arange(PHASES) + 0.5) / PHASES  # mesh phases
 SPLIT = 6  # parts of a cell between which gaps and flattening vary
-FINE, COARSE = (2.0, 14), (3.0, 12)  # size of elements as in record_tooth_fe.py, and degree along the face
+# Size of elements as in record_tooth_fe.py, degree along the face, length of cells.
+FINE, COARSE = (2.0, 14, 0.85e-3), (3.0, 12, 1.2e-3)
 
 
 class Helical(Gear):
@@ -105,22 +107,22 @@ def reach(gear):
 MARKS = START - reach(1), START, END, END + reach(0)
 
 
-def line(place):
+def line(place, longest):
     """Cells (position on the path, z, width) of a pair at a place at mid-face, tip edges beyond the path included."""
     ends = [min(max((mark - place) / tan(BASE), -WIDTH / 2), WIDTH / 2) for mark in MARKS]
     cells = []
     for low, high in zip(ends, ends[1:]):
         if high - low > 1e-9:
-            count = ceil((high - low) / CELL)
+            count = ceil((high - low) / longest)
             width = (high - low) / count
             cells += [(place + z * tan(BASE), z, width) for z in low + width * (np.arange(count) + 0.5)]
     return cells
 
 
-def pairs(phase):
+def pairs(phase, longest):
     """Cells of all pairs at a mesh phase, by the number of the pair."""
     first = ceil((MARKS[0] - START - WIDTH * tan(BASE) / 2) / PITCH - phase)
-    found = [(j, line(START + (phase + j) * PITCH)) for j in range(first, first + 5)]
+    found = [(j, line(START + (phase + j) * PITCH, longest)) for j in range(first, first + 5)]
     return [(j, cells) for j, cells in found if cells]
 
 
@@ -236,10 +238,10 @@ class Elements:
             rows.append(row.tocsr()[self.free].reshape(1, -1))
         return sparse.vstack(rows, format="csr")
 
-    def compliance(self, phase):
-        """Displacements at all cells under a unit line load on each, times E."""
+    def compliance(self, found):
+        """Displacements at all cells of pairs under a unit line load on each, times E."""
         columns = []
-        for j, cells in (found := pairs(phase)):
+        for j, cells in found:
             # A pair ahead on the path is nearer the tip of the pinion, and on the tooth counter-clockwise.
             ahead = lambda k: (j - k, k - j)[self.index]
             rows = sparse.vstack([self.measure(others, ahead(k)) for k, others in found])
@@ -335,21 +337,21 @@ def meet(matrix, found, torque, modified):
     return [approach, tangent, secant, max(load), linear_approach, linear], shares
 
 
-def mesh_cycle(scale, degree):
-    """Compliances of both gears at all cells, by mesh phase, and the largest asymmetry."""
-    phases = (np.arange(PHASES) + 0.5) / PHASES
+def mesh_cycle(scale, degree, longest):
+    """Pairs and compliances of both gears at all cells, by mesh phase, and the largest asymmetry."""
+    cycle = [pairs(phase, longest) for phase in PLACES]
     total, apart = [0] * PHASES, 0.0
     for index in (0, 1):
         elements = Elements(index, scale, degree)
-        for i, phase in enumerate(phases):
-            widths = np.array([width for _, cells in pairs(phase) for *_, width in cells])
-            forces = elements.compliance(phase) / widths
+        for i, found in enumerate(cycle):
+            widths = np.array([width for _, cells in found for *_, width in cells])
+            forces = elements.compliance(found) / widths
             apart = max(apart, abs(forces - forces.T).max() / forces.max())
             # A force and the displacement that it causes elsewhere may change places (Betti).
             total[i] = total[i] + (forces + forces.T) / 2 * widths
         elements.solver.free_memory(everything=True)
         print(f"gear {index}: {len(elements.nodes)} nodes", file=sys.stderr, flush=True)
-    return phases, total, apart
+    return list(zip(cycle, total)), apart
 
 
 CASES = [(torque, True) for torque in TORQUES] + [(TORQUES[1], False), (TORQUES[-1], False)]
@@ -374,8 +376,8 @@ HEADER = f"""\
 # linear_transmission_error, linear_stiffness: the same as transmission_error and tangent, but with a flattening in
 #   proportion to the load: the secant at the line load F over face width, as the program's tables have it.
 # share: shares of the pairs in the load by mesh phase, the latest first.
-# mesh_error: relative changes from a mesh with edges 1.5 times as long and two degrees less along the face to the one
-#   recorded: of the means over the phases of transmission_error, tangent, secant, of the largest peak; and of
+# mesh_error: relative changes from a mesh with edges 1.5 times as long, two degrees less along the face and cells 1.4
+#   times as long to the one recorded: of the means over the phases of transmission_error, tangent, secant, of the largest peak; and of
 #   the peak-to-peak values of transmission_error and tangent.
 """
 
@@ -387,13 +389,12 @@ def summary(rows):
 
 def record():
     text = lambda values: [float(f"{v:.6g}") for v in values]
-    phases, best, apart = mesh_cycle(*FINE)
-    _, rough, _ = mesh_cycle(*COARSE)
+    (best, apart), (rough, _) = mesh_cycle(*FINE), mesh_cycle(*COARSE)
     print(HEADER)
     print(f"base_radius = {text(g.base for g in GEARS)}\ntip_radius = {text(g.outer for g in GEARS)}")
-    print(f"path = {text([START, END])}\nphase = {text(phases)}\nasymmetry = {apart:.2g}")
+    print(f"path = {text([START, END])}\nphase = {text(PLACES)}\nasymmetry = {apart:.2g}")
     for torque, modified in CASES:
-        of = lambda matrices: [meet(m, pairs(p), torque, modified) for p, m in zip(phases, matrices)]
+        of = lambda cycle: [meet(matrix, found, torque, modified) for found, matrix in cycle]
         found = of(best)
         rows, coarse = (np.array([row for row, _ in cycle]) for cycle in (found, of(rough)))
         print(f"\n[[case]]\ntorque = {torque}\nmodified = {str(modified).lower()}")
