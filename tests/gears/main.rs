@@ -18,6 +18,7 @@ mod gear_geometry;
 mod gear_published;
 mod geared_pair_published;
 mod helical;
+mod helical_finite_elements;
 mod helical_shafts;
 mod housing;
 mod mesh_course;
