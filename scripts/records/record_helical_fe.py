@@ -15,7 +15,6 @@ the drawing with the program.
 """
 
 import sys
-from functools import partial
 from math import acos, asin, atan, atan2, ceil, cos, hypot, pi, radians, sin, sqrt, tan
 
 import numpy as np
@@ -148,10 +147,7 @@ def section(nodes, elements, twist):
         still, along = strain
         still[:, 0, 0::3] = still[:, 3, 1::3] = still[:, 4, 2::3] = slope[:, 0]
         still[:, 1, 1::3] = still[:, 3, 0::3] = still[:, 5, 2::3] = slope[:, 1]
-        still[:, 2, 2::3] = still[:, 4, 0::3] = still[:, 5, 1::3] = 0
-        still[:, 2, 2::3] = steep
-        still[:, 4, 0::3] += steep
-        still[:, 5, 1::3] += steep
+        still[:, 2, 2::3] = still[:, 4, 0::3] = still[:, 5, 1::3] = steep
         still[:, 4, 1::3] = -twist * shape
         still[:, 5, 0::3] = twist * shape
         along[:, 2, 2::3] = along[:, 4, 0::3] = along[:, 5, 1::3] = shape
@@ -197,9 +193,9 @@ class Elements:
         self.solver = pypardiso.PyPardisoSolver(mtype=2)
         self.solver.factorize(self.matrix)
 
-    def roll(self, place):
-        sign = (1, -1)[self.index]
-        roll = tan(WORKING) + sign * place / self.gear.base
+    def roll(self, place, off=0.0):
+        """Roll angle at a position along the line of action, beyond the path that at its end; and a length off it."""
+        roll = tan(WORKING) + (1, -1)[self.index] * (min(max(place, START), END) + off) / self.gear.base
         return min(max(roll, self.gear.form), self.gear.tip)
 
     def row(self, roll, tooth, point, z):
@@ -217,21 +213,18 @@ class Elements:
         parts = (np.arange(6) + 0.5) / 6 - 0.5
         for z in middle + width * parts:
             for patch in np.linspace(-1, 1, 5) * PATCH * MODULE:
-                roll = self.roll(self.on_path(place + (z - middle) * tan(BASE)) + patch)
+                roll = self.roll(place + (z - middle) * tan(BASE), patch)
                 x, y = self.gear.flank(roll)
                 members, weights, along = self.row(roll, 0, (-x, y), z)
                 out[members] += weights[:, :, None] * along * width / cos(BASE) / 30
         return out.reshape(3 * len(self.nodes), -1)[self.free].ravel()
-
-    def on_path(self, place):
-        return min(max(place, START), END)
 
     def measure(self, cells, tooth):
         """Displacements at the middle of cells on a tooth, as rows."""
         size = (3 * len(self.nodes), self.degree + 1)
         rows = []
         for place, z, _ in cells:
-            roll = self.roll(self.on_path(place))
+            roll = self.roll(place)
             members, weights, along = self.row(roll, tooth, (0, self.gear.base / cos(roll - self.gear.half)), z)
             row = sparse.lil_matrix(size)
             row[(3 * members[:, None] + np.arange(3)).ravel()] = weights.reshape(-1, 1) * along
@@ -297,8 +290,9 @@ def divided(matrix, found):
     """Cells in SPLIT parts, and the displacements of gears there under line loads on them, linear between cells."""
     parts, blocks, owner = [], [], []
     for pair, (_, cells) in enumerate(found):
-        shift = (np.arange(SPLIT) + 0.5) / SPLIT - 0.5
-        spread = [(place + width * u * tan(BASE), z + width * u, width / SPLIT) for place, z, width in cells for u in shift]
+        shifts = (np.arange(SPLIT) + 0.5) / SPLIT - 0.5
+        part_of = lambda place, z, width, u: (place + width * u * tan(BASE), z + width * u, width / SPLIT)
+        spread = [part_of(*cell, u) for cell in cells for u in shifts]
         middles, spots = (np.array([z for _, z, _ in of]) for of in (cells, spread))
         at = np.clip(np.searchsorted(middles, spots) - 1, 0, max(len(cells) - 2, 0))
         block = np.zeros((len(spread), len(cells)))
@@ -370,15 +364,16 @@ HEADER = f"""\
 # torque: on the pinion [N m].
 # modified: whether the flanks have tip relief and crowning; false: involutes.
 # transmission_error: approach x along the transverse line of action, from flanks that touch without load at mid-face.
-# tangent: dF/dx, with F = torque/base radius and x the transmission error; every part of the face flattens by its own load.
+# tangent: dF/dx, with F = torque/base radius and x the transmission error; every part of the face flattens by
+#   its own load.
 # secant: F over x less the approach at first touch.
 # peak: largest line load, force normal to the flank per length of the line of contact.
 # linear_transmission_error, linear_stiffness: the same as transmission_error and tangent, but with a flattening in
 #   proportion to the load: the secant at the line load F over face width, as the program's tables have it.
 # share: shares of the pairs in the load by mesh phase, the latest first.
-# mesh_error: relative changes from a mesh with edges 1.5 times as long, two degrees less along the face and cells 1.4
-#   times as long to the one recorded: of the means over the phases of transmission_error, tangent, secant, of the largest peak; and of
-#   the peak-to-peak values of transmission_error and tangent.
+# mesh_error: relative changes from a mesh with edges 1.5 times as long, two degrees less along the face and cells
+#   1.4 times as long to the one recorded: of the means over the phases of transmission_error, tangent and secant,
+#   of the largest peak, and of the peak-to-peak values of transmission_error and tangent.
 """
 
 
