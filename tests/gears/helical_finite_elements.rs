@@ -197,7 +197,7 @@ fn helical_teeth_in_mesh() {
         let peak = off(&peaks[7..], &theirs[2][7..]);
         println!(
             "{} N m, modified {}: means off by {means:.4?}, at any phase {anywhere:.4?}, peak to peak \
-             {spans:.3e?}, peak of late phases {peak:.4}, of all {:.4}",
+             {spans:.3?}, peak of late phases {peak:.4}, of all {:.4}",
             bounds.torque,
             bounds.modified,
             off(&peaks, &theirs[2])
