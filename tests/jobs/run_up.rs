@@ -153,6 +153,55 @@ fn a_bench_gives_the_course() {
     }
 }
 
+/// The mesh from the drawing is that of the operating point, so that the load of the run-up may start at zero.
+#[test]
+fn the_mesh_is_that_of_the_operating_point() {
+    let folder = folder(&format!(
+        "[runup]\n{SPEED}\nsettle = 0\nload = [0, 0.3]\nsignals = [\"force\"]"
+    ));
+    let path = folder.path().join("m.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let given = ["mean_stiffness", "contact_ratio", "single_pair_drop"];
+    let kept = text
+        .lines()
+        .filter(|line| !given.iter().any(|key| line.starts_with(key)));
+    let drawn = kept
+        .collect::<Vec<_>>()
+        .join("\n")
+        .replace("\"piecewise\"", "\"table\"");
+    std::fs::write(path, drawn).unwrap();
+    let text = said(folder.path(), &["runup", "m.toml", "--out", "a"]);
+    assert!(text.contains("load 0 to 0.3"), "{text}");
+}
+
+/// A modal file must tell where the torque acts that accelerates the drive.
+#[test]
+fn the_accelerating_torque_needs_a_position() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |more: &str| {
+        let file = format!(
+            "teeth = 20\nrated_force = 1000.0\nfrequency = [0.0, 0.0]\ndamping = [0.0, 0.0]\n\
+             mesh = [0.6, 0.5]\ntorque = [0.6, 0.5]\n{more}"
+        );
+        std::fs::write(folder.path().join("a.modal.toml"), file).unwrap();
+    };
+    let manifest = format!(
+        "[job]\nname = \"m\"\n[model]\nkind = \"modal\"\nfile = \"a.modal.toml\"\n[mesh]\nhalf_gap = \"10 um\"\n\
+         stiffness = \"constant\"\nmean_stiffness = \"4e8 N/m\"\ncontact_damping = \"1000 N*s/m\"\n\
+         [grid]\nload = 0.5\nspeed = 150\n[run]\ntransient = 1\ncycles = 10\n[runup]\n{SPEED}\nsignals = [\"force\"]\n"
+    );
+    std::fs::write(folder.path().join("m.toml"), manifest).unwrap();
+    let arguments = ["runup", "m.toml", "--out", "a"];
+    write("torque_wheel = [0.0, -20.0]");
+    refused(
+        folder.path(),
+        &arguments,
+        &["accelerates the drive", "torque_pinion"],
+    );
+    write("torque_pinion = [30.0, 0.0]");
+    said(folder.path(), &arguments);
+}
+
 /// Invalid run-ups are refused with a remedy, and nothing is written.
 #[test]
 fn what_is_no_run_up_is_refused() {

@@ -95,10 +95,16 @@ fn push_header(text: &mut String, summary: &Summary) {
     if let Some([found, expected]) = summary.shards {
         _ = writeln!(text, "  {found} of {expected} shards");
     }
+    let missing = summary.expected - summary.points as u64;
+    let lacks_shards = summary
+        .shards
+        .is_some_and(|[found, expected]| found < expected);
     match summary.state {
         Some(RunState::Complete) => {}
+        Some(RunState::Interrupted) if lacks_shards && missing == 0 => {
+            text.push_str("  the other shards are missing; `atlas merge` joins all of them\n");
+        }
         Some(RunState::Interrupted) => {
-            let missing = summary.expected - summary.points as u64;
             let missing = if missing > 0 {
                 let least = if summary.refined.is_some() { "at least " } else { "" };
                 format!("{least}{missing} points are missing")

@@ -355,6 +355,22 @@ impl Model {
         self.apply_constraints(active, (cycle, time), out);
     }
 
+    /// The same model under another load. Stiffness and friction stay as they are.
+    ///
+    /// # Errors
+    /// [`ModelError::NoEquilibrium`].
+    pub fn under_load(&self, load: f64) -> Result<Self, ModelError> {
+        let mut model = self.clone();
+        for (block, rated) in model.blocks.iter_mut().zip(&self.rated_input) {
+            for (input, rated) in block.static_input.iter_mut().zip(rated) {
+                *input += (load - self.load) * rated;
+            }
+        }
+        model.load = load;
+        model.static_equilibrium()?;
+        Ok(model)
+    }
+
     /// The rigid relative rotation: the rotated rigid mode that deflects the mesh.
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))

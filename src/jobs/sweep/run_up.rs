@@ -66,12 +66,13 @@ impl PointRunUp<'_> {
             frequency_step: f64::from(spec.frequency_step),
             signals: spec.signals,
         };
+        // Mesh and friction are those under the load of the point.
         let start = PointSpec {
             speed: config.speed_at(0.0),
-            load: config.load_at(0.0),
             ..self.point.clone()
         };
         let model = self.parts.model(&start)?;
+        let loaded = (model.under_load(config.load_at(0.0))).map_err(BuildError::from)?;
         let structure = self
             .parts
             .structure(&start.model)
@@ -97,7 +98,7 @@ impl PointRunUp<'_> {
         }
         let run = record(
             &kernel,
-            &model.start(&start.run.initial),
+            &loaded.start(&start.run.initial),
             &config,
             interrupt,
         )

@@ -28,6 +28,9 @@ const SMALLEST: f64 = 1e-290;
 /// Relative width of a range below which the texts of neighbouring ticks would be equal.
 const NARROWEST: f64 = 1e-9;
 
+/// Largest number of even ticks that is tried if fewer leave only one.
+const MOST_WANTED: usize = 8;
+
 /// Largest distance of a position beyond a panel, in sides of the panel.
 const FARTHEST_OUTSIDE: f64 = 20.0;
 
@@ -144,6 +147,10 @@ impl Axis {
         let digits = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
         let first = (low / step - 1e-9).ceil() as i64;
         let last = (high / step + 1e-9).floor() as i64;
+        // One tick gives no scale.
+        if first >= last && wanted < MOST_WANTED {
+            return self.even_ticks(wanted + 1);
+        }
         (first..=last)
             .map(|index| {
                 let shown = index as f64 * step;
@@ -358,6 +365,12 @@ mod tests {
         assert_eq!(texts(&ticks), ["−20", "−10", "0", "10", "20", "30"]);
         assert!((ticks[0].0 + 2e-5).abs() < 1e-18);
         assert!((axis.fraction(ticks[2].0) - 0.4).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_low_panel_has_more_than_one_tick() {
+        let axis = Axis::linear("force", "N", [-3700.0, 4300.0]);
+        assert_eq!(texts(&axis.ticks(2)), ["−2", "0", "2", "4"]);
     }
 
     #[test]

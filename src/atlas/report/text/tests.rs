@@ -168,6 +168,23 @@ fn one_axis_interrupted() {
 }
 
 #[test]
+fn a_complete_shard_is_not_interrupted() {
+    let folder = tempfile::tempdir().unwrap();
+    let written = write(folder.path(), &[10], &[], |_| {
+        outcome(Status::Ok, Some(Class::Chaotic), Some(0.8))
+    });
+    record(folder.path(), &written, RunState::Complete, 10, 10);
+    let mut summary = Summary::read(folder.path()).unwrap();
+    (summary.shards, summary.state) = (Some([1, 2]), Some(RunState::Interrupted));
+    let text = render(&summary, Style::Plain);
+    assert!(
+        text.contains("1 of 2 shards\n  the other shards are missing"),
+        "{text}"
+    );
+    assert!(!text.contains("interrupted"), "{text}");
+}
+
+#[test]
 fn three_axes_show_the_first_slice() {
     let folder = tempfile::tempdir().unwrap();
     // Chaotic in the first slice of the third axis only.

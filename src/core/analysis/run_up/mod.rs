@@ -67,8 +67,8 @@ impl RunUpConfig {
     /// The requested signals that a model has: deflection and force of the first mesh, then outputs.
     pub fn signals_of(&self, model: &Model) -> Vec<MovingSignal> {
         let is_requested = |signal: &MovingSignal| match signal.first_mesh() {
-            Some(deflection) if deflection => self.signals.deflection,
-            Some(_) => self.signals.force,
+            Some(deflection) if deflection => self.signals.deflection || self.signals.meshes,
+            Some(_) => self.signals.force || self.signals.meshes,
             None => self.signals.has(signal.quantity),
         };
         MovingSignal::of_model(model)
