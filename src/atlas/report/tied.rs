@@ -37,8 +37,11 @@ impl Tied {
         let length = |axis: usize| axes[axis].values.len().max(1);
         let untied =
             (0..axes.len()).filter(|axis| !groups.iter().any(|group| group.contains(axis)));
-        let others: usize = untied.map(length).product();
+        let untied: usize = untied.map(length).product();
+        let longest = |group: &Vec<usize>| group.iter().map(|&axis| length(axis)).max();
+        let all = groups.iter().filter_map(longest).product::<usize>() * untied;
         let group = |mut group_axes: Vec<usize>| {
+            let others = all / longest(&group_axes).unwrap_or(1);
             // The axis with most values comes first; if several have equally many, the fastest.
             group_axes.sort_by_key(|&axis| Reverse((length(axis), axis)));
             let plane = match group_axes[..] {
@@ -52,7 +55,7 @@ impl Tied {
                 axes: group_axes,
             }
         };
-        Self(groups.into_iter().map(group).collect())
+        Self(groups.iter().cloned().map(group).collect())
     }
 
     /// The fixed axes if some axes are free: all others except those tied to the free ones.
@@ -101,6 +104,14 @@ mod tests {
         let tied = Tied::default();
         assert_eq!(tied.free(3), [0, 1, 2]);
         assert_eq!(tied.fixed_axes(3, &[2]), [0, 1]);
+    }
+
+    #[test]
+    fn samples_beside_a_list_are_no_plane() {
+        // A list of three loads and speeds, and four samples of two distributions at each.
+        let both = Tied::new(vec![vec![0, 1], vec![2, 3]], &axes(&[3, 3, 4, 4]), 12);
+        assert_eq!(both.free(4), [1, 3]);
+        assert!(both.fixed_axes(4, &[1, 3]).is_empty());
     }
 
     #[test]
