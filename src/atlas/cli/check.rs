@@ -124,9 +124,9 @@ fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, Stri
         lines.push(("coast flank".to_owned(), coast(job)));
         lines.extend(gear_mesh.lines());
     }
-    let causes: Vec<String> = (excitation::causes(first, &gear_mesh).into_iter())
-        .map(|cause| cause.text)
-        .collect();
+    let structure = parts.structure(&first.model).ok();
+    let causes = excitation::causes(first, &gear_mesh, structure.as_deref());
+    let causes: Vec<String> = (causes.into_iter()).map(|cause| cause.text).collect();
     let causes = if causes.is_empty() { "nothing".to_owned() } else { causes.join(", ") };
     lines.push(("excited by".to_owned(), causes));
     lines.push((
@@ -343,7 +343,8 @@ fn job_json(name: &str, job: &Job) -> Value {
         }),
         "gears": gear_mesh.as_ref().map(GearMesh::json),
         "excited_by": first.as_ref().zip(gear_mesh.as_ref()).map(|(p, mesh)| {
-            let causes = excitation::causes(p, mesh).into_iter();
+            let structure = parts.structure(&p.model).ok();
+            let causes = excitation::causes(p, mesh, structure.as_deref()).into_iter();
             causes.map(|Cause { value, .. }| value).collect::<Vec<_>>()
         }),
         "retained_min": retained.0,

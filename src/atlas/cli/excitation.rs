@@ -4,6 +4,7 @@ use super::gear_mesh::GearMesh;
 use super::point::number;
 use crate::manifest::{PointSpec, StructureSource};
 use crate::model::{DriveShaft, MeshHarmonic};
+use crate::structure::{ModalStructure, StructureContact};
 use serde_json::{Value, json};
 
 /// One cause of vibration.
@@ -15,8 +16,12 @@ pub struct Cause {
 }
 
 /// Excitations of a point, in the order of the manifest's tables. Includes excitations that the manifest omits on
-/// purpose, with a note.
-pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
+/// purpose, with a note. Those of further contacts are only known with the structure.
+pub fn causes(
+    point: &PointSpec,
+    mesh: &GearMesh,
+    structure: Option<&ModalStructure>,
+) -> Vec<Cause> {
     let mut causes = Vec::new();
     if point.mesh.stiffness.varies() {
         causes.push(Cause {
@@ -50,6 +55,7 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
             value: of_shaft("imposed_motion", &shaft, order, amplitude),
         }
     }));
+    causes.extend(structure.and_then(further_contacts));
     if let StructureSource::Modal(structure) = &point.model.source {
         causes.extend(structure.harmonic_loads.iter().map(|load| Cause {
             text: format!(
@@ -65,6 +71,25 @@ pub fn causes(point: &PointSpec, mesh: &GearMesh) -> Vec<Cause> {
         }));
     }
     causes
+}
+
+/// Varying stiffness and errors of contacts besides the flanks of the first mesh, if any.
+fn further_contacts(structure: &ModalStructure) -> Option<Cause> {
+    let excites = |contact: &&StructureContact| {
+        let law = &contact.law;
+        !law.is_constant() || !law.error.is_empty() || !law.lacking.is_empty()
+    };
+    let mut names: Vec<&str> = (structure.contacts.iter().filter(excites))
+        .map(|contact| contact.name.as_str())
+        .collect();
+    names.dedup();
+    (!names.is_empty()).then(|| Cause {
+        text: format!(
+            "stiffness or errors of further contacts ({})",
+            names.join(", ")
+        ),
+        value: json!({ "cause": "further_contacts", "names": names }),
+    })
 }
 
 /// The error of flanks from the drawing under load.
