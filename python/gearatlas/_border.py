@@ -94,7 +94,7 @@ class _Basins:
         if map.base_period is None:
             raise AtlasError("the map never repeats: an excitation has an order without `cycles = [p, q]`")
         self.map, self.step, self.cycles = map, map.base_period, cycles
-        self.felt, self.weights = map.felt, map.weights[map.felt]
+        self.weighted, self.weights = map.weighted_components, map.weights[map.weighted_components]
         self.ends = np.stack([one, other])
         states, clouds = map(self.ends, cycles * self.step), []
         for _ in range(_RECORD):
@@ -107,7 +107,7 @@ class _Basins:
             raise AtlasError("both starts lead to the same motion; choose starts in different basins")
 
     def size(self, states: Floats) -> Floats:
-        sizes: Floats = np.linalg.norm(self.weights * states[..., self.felt], axis=-1)
+        sizes: Floats = np.linalg.norm(self.weights * states[..., self.weighted], axis=-1)
         return sizes
 
     def divided(self, ends: Floats, tolerance: float) -> Floats:
@@ -143,10 +143,10 @@ class _Basins:
         for _ in range(_NEWTON_STEPS):
             image = self.map.image(state, period * self.step, jacobian=True)
             assert image.jacobian is not None
-            slope = image.jacobian[0][np.ix_(self.felt, self.felt)]
-            off = (image.states[0] - state)[self.felt]
+            slope = image.jacobian[0][np.ix_(self.weighted, self.weighted)]
+            off = (image.states[0] - state)[self.weighted]
             change = np.linalg.solve(slope - np.eye(len(off)), off)
-            state[self.felt] -= change
+            state[self.weighted] -= change
             if np.linalg.norm(self.weights * change) < _CONVERGED * self.scale:
                 break
         if not self.size(state - start) < 1e-3 * self.scale:

@@ -81,7 +81,7 @@ class _Outwards:
 
     def __init__(self, map: CycleMap, orbit: Floats, period: int, stable: bool, directions: int) -> None:
         self.map, self.orbit, self.stable = map, orbit, stable
-        self.felt, self.weights = map.felt, map.weights[map.felt]
+        self.weighted, self.weights = map.weighted_components, map.weights[map.weighted_components]
         self.cycles = period
         values, vectors = np.linalg.eig(self._slope(orbit))
         own = np.abs(values) < 1.0 if stable else np.abs(values) > 1.0
@@ -101,13 +101,13 @@ class _Outwards:
         found = guesses.copy()
         for _ in range(_NEWTON_STEPS):
             images, slope = self._images(found)
-            off = (images - points)[:, self.felt]
+            off = (images - points)[:, self.weighted]
             usable = np.isfinite(off).all(axis=1) & np.isfinite(slope).all(axis=(1, 2))
             change = np.full_like(off, np.nan)
             change[usable] = np.linalg.solve(slope[usable], off[usable][:, :, np.newaxis])[:, :, 0]
-            found[:, self.felt] -= change
+            found[:, self.weighted] -= change
             size = np.linalg.norm(self.weights * change, axis=1)
-            known = ~(size > _CONVERGED * (1.0 + np.linalg.norm(self.weights * found[:, self.felt], axis=1)))
+            known = ~(size > _CONVERGED * (1.0 + np.linalg.norm(self.weights * found[:, self.weighted], axis=1)))
             if known.all():
                 return found
         found[~known] = np.nan
@@ -122,10 +122,10 @@ class _Outwards:
         """Images of states under the map, and its derivatives there."""
         image = self.map.image(states, self.cycles, jacobian=True)
         assert image.jacobian is not None
-        return image.states, image.jacobian[:, self.felt][:, :, self.felt]
+        return image.states, image.jacobian[:, self.weighted][:, :, self.weighted]
 
     def _gaps(self, points: Floats) -> Floats:
-        gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.felt], axis=0), axis=1)
+        gaps: Floats = np.linalg.norm(self.weights * np.diff(points[:, self.weighted], axis=0), axis=1)
         return gaps
 
 
@@ -139,8 +139,8 @@ class _Grown(_Outwards):
     def branch(self, offset: float, length: float, step: float) -> Floats:
         """A branch, from the orbit outwards."""
         start = np.tile(self.orbit, (2, 1))
-        start[0, self.felt] += offset * self.direction
-        start[1, self.felt] += offset * self.factor * self.direction
+        start[0, self.weighted] += offset * self.direction
+        start[1, self.weighted] += offset * self.factor * self.direction
         piece, pieces, travelled = start, [start], 0.0
         while travelled < length:
             images = self._drawn_back(piece, step) if self.stable else self._drawn_on(piece, step)
@@ -176,7 +176,7 @@ class _Grown(_Outwards):
         while ahead:
             slope = self._slope(images[-1])
             guess = images[-1].copy()
-            guess[self.felt] += np.linalg.solve(slope, (ahead[-1] - known)[self.felt])
+            guess[self.weighted] += np.linalg.solve(slope, (ahead[-1] - known)[self.weighted])
             found = self._mapped(ahead[-1][np.newaxis], guess[np.newaxis])[0]
             if not self._gaps(np.stack([images[-1], found]))[0] <= step:
                 if self._gaps(np.stack([known, ahead[-1]]))[0] > _LEAST_SHARE * step:
@@ -190,7 +190,7 @@ class _Grown(_Outwards):
 
     def _thinned(self, points: Floats, least: float) -> Floats:
         """The points, without those closer than `least` to the previous one; the last is kept."""
-        scaled = self.weights * points[:, self.felt]
+        scaled = self.weights * points[:, self.weighted]
         kept = [0]
         for i in range(1, len(points)):
             if np.linalg.norm(scaled[i] - scaled[kept[-1]]) >= least or i == len(points) - 1:
@@ -219,7 +219,7 @@ class _Surface(_Outwards):
             if not np.isfinite(grown[-1]).all():
                 return states
             states = grown
-            if np.linalg.norm(self.weights * (states[-1] - self.orbit)[:, self.felt], axis=1).mean() >= length:
+            if np.linalg.norm(self.weights * (states[-1] - self.orbit)[:, self.weighted], axis=1).mean() >= length:
                 return states
 
     def _first(self, ring: int, angles: Floats) -> Floats:
@@ -232,7 +232,7 @@ class _Surface(_Outwards):
         else:
             along = self.vectors.real @ (factors.real[:, np.newaxis] * both)
         states = np.tile(self.orbit, (len(angles), 1))
-        states[:, self.felt] += self.offset * along.T
+        states[:, self.weighted] += self.offset * along.T
         return states
 
     def _next(self, states: Floats, angles: Floats) -> Floats:
@@ -244,8 +244,8 @@ class _Surface(_Outwards):
         guesses = states[-1].copy()
         _, slopes = self._images(guesses)
         usable = np.isfinite(slopes).all(axis=(1, 2))
-        apart = (points - states[-self.rings - 1])[usable][:, self.felt, np.newaxis]
-        guesses[np.ix_(usable, self.felt)] += np.linalg.solve(slopes[usable], apart)[:, :, 0]
+        apart = (points - states[-self.rings - 1])[usable][:, self.weighted, np.newaxis]
+        guesses[np.ix_(usable, self.weighted)] += np.linalg.solve(slopes[usable], apart)[:, :, 0]
         return self._mapped(points, guesses)
 
     def _rays(self, angles: Floats, count: int) -> Floats:

@@ -108,9 +108,9 @@ class CycleMap:
         return self._inner.kernel
 
     @property
-    def felt(self) -> npt.NDArray[np.intp]:
+    def weighted_components(self) -> npt.NDArray[np.intp]:
         """Components of a state that affect the motion: all except rotations of the whole drive."""
-        return self._inner.felt.astype(np.intp)
+        return self._inner.weighted_components.astype(np.intp)
 
     @property
     def weights(self) -> Floats:

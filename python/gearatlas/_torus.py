@@ -40,16 +40,16 @@ class Torus:
 
     def distance(self, states: npt.ArrayLike) -> Floats:
         """Distances of states (m, 2N) from the circle, in half gaps of the energy norm, (m,)."""
-        felt, weights = self.map.felt, self.map.weights[self.map.felt]
-        points = np.atleast_2d(np.asarray(states, dtype=np.float64))[:, felt]
+        weighted, weights = self.map.weighted_components, self.map.weights[self.map.weighted_components]
+        points = np.atleast_2d(np.asarray(states, dtype=np.float64))[:, weighted]
         fine = 8 * len(self.circle)
-        curve = self.circle.refined(fine).nodes[:, felt]
+        curve = self.circle.refined(fine).nodes[:, weighted]
         nearest = np.array([np.linalg.norm(weights * (curve - point), axis=1).argmin() for point in points]) / fine
         low, high = nearest - 1.0 / fine, nearest + 1.0 / fine
         golden = 0.5 * (np.sqrt(5.0) - 1.0)
         for _ in range(40):
             inner = high - golden * (high - low), low + golden * (high - low)
-            gaps = [np.linalg.norm(weights * (self.circle(at)[:, felt] - points), axis=1) for at in inner]
+            gaps = [np.linalg.norm(weights * (self.circle(at)[:, weighted] - points), axis=1) for at in inner]
             left = gaps[0] < gaps[1]
             low, high = np.where(left, low, inner[0]), np.where(left, inner[1], high)
         return np.asarray(np.minimum(*gaps))
@@ -172,16 +172,16 @@ class _Equations:
 
     def __init__(self, map: CycleMap, free: str | None) -> None:
         self.map, self.free = map, free
-        self.felt, self.weights = map.felt, map.weights[map.felt]
+        self.weighted, self.weights = map.weighted_components, map.weights[map.weighted_components]
         self.cycles = _cycles(map)
 
     def size(self, states: Floats) -> Floats:
-        sizes: Floats = np.linalg.norm(self.weights * states[:, self.felt], axis=1)
+        sizes: Floats = np.linalg.norm(self.weights * states[:, self.weighted], axis=1)
         return sizes
 
     def solved(self, start: Circle, rotation: float, value: float) -> tuple[Circle, float]:
         """The circle, and the free value: the rotation number or that of the key."""
-        scaled, angles = self.weights * start.nodes[:, self.felt], start.angles()
+        scaled, angles = self.weights * start.nodes[:, self.weighted], start.angles()
         count, width = scaled.shape
         phase = Circle(scaled).derivative(angles)
         phase /= np.linalg.norm(phase)
@@ -193,16 +193,16 @@ class _Equations:
             image = map.image(nodes, self.cycles, jacobian=True, by=[] if self.free is None else [self.free])
             assert image.jacobian is not None
             curve = Circle(scaled)
-            off = self.weights * image.states[:, self.felt] - curve(angles + rotation)
+            off = self.weights * image.states[:, self.weighted] - curve(angles + rotation)
             if not np.isfinite(off).all():
                 break
-            by = curve.derivative(angles + rotation) if self.free is None else -self.weights * image.by[self.free][:, self.felt]
+            by = curve.derivative(angles + rotation) if self.free is None else -self.weights * image.by[self.free][:, self.weighted]
             matrix = np.zeros((count * width + 1, count * width + 1))
             blocks = matrix[:-1, :-1].reshape(count, width, count, width)
             rows = np.arange(count)
             for i in range(width):
                 blocks[:, i, :, i] = turning(count, rotation)
-            blocks[rows, :, rows, :] -= self.weights[:, np.newaxis] * image.jacobian[:, self.felt][:, :, self.felt] / self.weights
+            blocks[rows, :, rows, :] -= self.weights[:, np.newaxis] * image.jacobian[:, self.weighted][:, :, self.weighted] / self.weights
             matrix[:-1, -1] = by.ravel()
             matrix[-1, :-1] = phase.ravel()
             try:
@@ -211,7 +211,7 @@ class _Equations:
                 break
             scaled = scaled + change[:-1].reshape(count, width)
             value += float(change[-1])
-            nodes[:, self.felt] = scaled / self.weights
+            nodes[:, self.weighted] = scaled / self.weights
             size = np.abs(change[:-1]).max()
             if size < _CONVERGED * scale:
                 return Circle(nodes), value
@@ -236,12 +236,12 @@ def _cycles(map: CycleMap) -> int:
 
 def _guessed(map: CycleMap, start: Floats) -> tuple[Circle, float]:
     """Circle and rotation number of the motion that a state settles on."""
-    cycles, felt = _cycles(map), map.felt
+    cycles, weighted = _cycles(map), map.weighted_components
     state = map(start, _SETTLE * cycles)
     orbit = np.empty((_RECORD, len(state)))
     for i in range(_RECORD):
         orbit[i] = state = map(state, cycles)
-    scaled = (map.weights * orbit)[:, felt]
+    scaled = (map.weights * orbit)[:, weighted]
     if not np.isfinite(scaled).all():
         raise AtlasError("the motion grows without bound; start elsewhere")
     scaled -= scaled.mean(axis=0)

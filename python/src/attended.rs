@@ -7,7 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 /// Interval at which Python checks for Ctrl-C and for progress while it waits.
-const LOOK: Duration = Duration::from_millis(20);
+const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Runs `work` on a separate thread, without the interpreter's lock. Meanwhile calls `between` periodically, and once
 /// at the end. After Ctrl-C or an exception in `between`, sets the flag that ends the work, waits for its end, and
@@ -31,7 +31,7 @@ pub fn attended<T: Send>(
         });
         let mut raised = Ok(());
         while !working.is_finished() {
-            py.detach(|| thread::park_timeout(LOOK));
+            py.detach(|| thread::park_timeout(CHECK_INTERVAL));
             if raised.is_ok() {
                 raised = py.check_signals().and_then(|()| between(py));
                 interrupt.store(raised.is_err(), Ordering::Relaxed);

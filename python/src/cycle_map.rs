@@ -22,10 +22,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// Mesh cycles of a trajectory or a tangent between two checks for Ctrl-C: some milliseconds.
-const AT_ONCE: u64 = 2000;
+const CYCLES_PER_CHECK: u64 = 2000;
 
 /// The number of cycles below which starting other threads takes longer than it saves.
-const ALONE: u64 = 16;
+const FEWEST_PARALLEL_CYCLES: u64 = 16;
 
 /// The map of an operating point.
 #[pyclass(frozen, module = "gearatlas._gearatlas")]
@@ -107,7 +107,7 @@ impl CycleMap {
 
     /// Components with an effect on the dynamics: all except those of the neutral pair.
     #[getter]
-    fn felt<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
+    fn weighted_components<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
         self.map.norm().weighted_components().into_pyarray(py)
     }
 
@@ -225,7 +225,7 @@ impl CycleMap {
             },
             by: &derivatives,
             events,
-            threads: if work < ALONE { 1 } else { self.threads() },
+            threads: if work < FEWEST_PARALLEL_CYCLES { 1 } else { self.threads() },
         };
         let image = self.work(py, &config, work)?;
         let MapImage {
@@ -290,7 +290,7 @@ impl CycleMap {
             1 => self.map.image(config, interrupt),
             _ => self.pool.install(|| self.map.image(config, interrupt)),
         };
-        if work <= AT_ONCE {
+        if work <= CYCLES_PER_CHECK {
             Ok(py.detach(|| on_threads(&AtomicBool::new(false))))
         } else {
             attended(py, on_threads, |_| Ok(()))

@@ -21,7 +21,7 @@ from scipy.stats import binomtest
 
 SAMPLES = 10_000
 COUNTED = 4000
-RPM = (6000,)
+RPM = (6000, 9000)
 TOLERANCES = ROOT / "manifests/tolerances.toml"
 
 

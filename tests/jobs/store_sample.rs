@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use gearatlas::analysis::{
     AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChaosOutcome, Character, Class,
-    CourseOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, Kick, LyapunovMethod,
+    ConvergenceOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, Kick, LyapunovMethod,
     LyapunovOutcome, MissedState, MultistabilityOutcome, NvhOutcome, NvhStatistics, OrbitOutcome,
     OrbitSurvey, OrderLine, PoincareSample, PointOutcome, ProbeOutcome, SampleKind, SignalOrders,
     Spectrum, SpectrumLine, SpectrumMethod, Status,
@@ -50,7 +50,7 @@ fn row(point_id: u64) -> PointRow {
                 twin_stderr: chaotic.then_some(0.01),
                 twin_agrees: chaotic.then_some(true),
                 method: if chaotic { LyapunovMethod::Tangent } else { LyapunovMethod::Multipliers },
-                course: chaotic.then(|| CourseOutcome {
+                convergence: chaotic.then(|| ConvergenceOutcome {
                     cycles: vec![320.0, 640.0],
                     exponents: vec![lambda, lambda + 0.01, -1.0, -1.01],
                     errors: vec![0.02, 0.01, 0.02, 0.01],
@@ -275,7 +275,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         axes,
         tied: Vec::new(),
         swept: None,
-        basins: Some(["mode 1", "mode 2"].map(|name| AxisColumn {
+        basin_axes: Some(["mode 1", "mode 2"].map(|name| AxisColumn {
             name: name.to_owned(),
             unit: "m".to_owned(),
         })),

@@ -24,7 +24,7 @@ const DAMPING: f64 = 1483.0;
 /// Oil of 0.05 Pa s between cylinders of 20 mm, R = 12.8 mm, from 50 to 1 µm.
 fn film(layers: usize) -> Film {
     Film {
-        coefficient: Film::squeezed(0.05, 12.8e-3, 20e-3),
+        coefficient: Film::squeeze_coefficient(0.05, 12.8e-3, 20e-3),
         thickness: [50e-6, 1e-6],
         layers,
     }
@@ -180,7 +180,7 @@ fn with_films() -> Vec<(&'static str, common::Case)> {
     let mut all = drives();
     for (_, (_, drive, _)) in &mut all {
         drive.film = Some(Film {
-            coefficient: 0.5 * Film::squeezed(0.02, 12.8e-3, 20e-3),
+            coefficient: 0.5 * Film::squeeze_coefficient(0.02, 12.8e-3, 20e-3),
             thickness: [50e-6, 1e-6],
             layers: 5,
         });

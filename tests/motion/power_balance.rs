@@ -3,19 +3,19 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{advance_with, settled, volterra};
+use common::advance::{Events, advance_with, settled, volterra};
 use gearatlas::analysis::{
     Effort, EnergyNorm, LyapunovConfig, NvhConfig, PointConfig, Power, PowerOutcome, Section,
     Signals, investigate,
 };
 use gearatlas::manifest;
 use gearatlas::model::{
-    CoastFlank, Division, DriveShaft, FlankError, InitialState, MeshHarmonic, Model,
+    CoastFlank, Division, Drive, DriveShaft, FlankError, InitialState, MeshHarmonic, Model,
     OperatingPoint, Release, Segment, Stiffness, TorqueRipple, TrajectoryState,
 };
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::reference::{Moment, Reference};
-use gearatlas::structure::Coupling;
+use gearatlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -476,6 +476,68 @@ fn a_motion_that_repeats_stores_nothing() {
     assert!(power.stiffness.abs() > 1e-3 * scale, "{all:?}");
     assert!(power.stored.abs() < 1e-9 * scale, "{all:?}");
     assert!(miss.abs() < 1e-12 * scale, "{miss:e}");
+}
+
+/// An impact on a rigid stop loses `½ m (1 − ε²) v²`, and a stop that moves does work. The statistics of a point contain
+/// both.
+#[test]
+fn impacts_on_a_rigid_stop_are_in_the_balance() {
+    let restitution = 0.6;
+    for moves in [0.0, 0.1] {
+        let law = ContactLaw {
+            gap: 0.5,
+            error: vec![MeshHarmonic::new(1, moves, 0.3)],
+            ..ContactLaw::default()
+        };
+        let mut structure = ModalStructure::of_modes(&[1.0], 0.05, &[1.0], &[1.0]);
+        let stop = StructureContact::plain("stop".to_owned(), vec![1.0], law);
+        structure.contacts.extend(stop.rigid(restitution));
+        structure.harmonic_loads = vec![HarmonicLoad {
+            name: "shaker".to_owned(),
+            force: vec![1.0],
+            turns_per_cycle: 1.0,
+            phase: 0.0,
+        }];
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 0.8,
+        };
+        let model = Model::new(&structure, &Drive::constant(1e3, 1.0), point).unwrap();
+        let start = model.start(&InitialState::Rest);
+
+        let (mut power, mut lost, cycles) = (Power::new(&model), 0.0, 100);
+        let (kernel, mut at) = (volterra(&model), start.clone());
+        for _ in 0..cycles {
+            let mut both = (power, Events::default());
+            at = advance_with(&kernel, &at, 1, &mut both).0;
+            power = both.0;
+            power.cycle(&at);
+            let impacts =
+                (both.1.0.iter()).filter(|event| event.closes() && !model.is_rest(event.contact));
+            lost += impacts
+                .map(|event| 0.5 * (1.0 - restitution * restitution) * event.rate.powi(2))
+                .sum::<f64>();
+        }
+        let transient = mean(&power);
+        let exact = lost / (f64::from(cycles) * model.period());
+        assert!(exact > 0.05, "{exact}");
+        assert!(
+            (transient.contact / exact - 1.0).abs() < 1e-10,
+            "{transient:?} {exact}"
+        );
+
+        let never = AtomicBool::new(false);
+        let asked = questions(true, 400);
+        let found = investigate(&model, &volterra(&model), start, &asked, &never).unwrap();
+        let settled = found.nvh.unwrap().values.power.unwrap();
+        assert!(settled.contact > 0.05, "{settled:?}");
+        assert_eq!(settled.error.abs() > 1e-3, moves > 0.0, "{settled:?}");
+        for power in [transient, settled] {
+            let (all, miss) = terms(&power);
+            println!("{moves}: {all:.4?} W, misses {miss:.1e}");
+            assert!(miss.abs() < 1e-11 * throughput(&power), "{all:?} {miss:e}");
+        }
+    }
 }
 
 /// Chaos has error bars, and its balance closes as well; powers that are not requested are not computed, and change

@@ -165,7 +165,7 @@ fn write_chaos(folder: &Path) {
                 twin_stderr: None,
                 twin_agrees: None,
                 method: LyapunovMethod::Tangent,
-                course: None,
+                convergence: None,
             }),
             evidence: unsettled.map(|()| EvidenceOutcome {
                 trajectories: 8,
@@ -680,7 +680,7 @@ fn large_row(point_id: u64, columns: u64) -> PointRow {
                 twin_stderr: None,
                 twin_agrees: None,
                 method: LyapunovMethod::Tangent,
-                course: None,
+                convergence: None,
             }),
             nvh: Some(NvhOutcome {
                 cycles: 800,

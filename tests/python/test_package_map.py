@@ -64,17 +64,17 @@ def test_the_map_is_the_trace(rattling, tmp_path):
 
 def test_the_jacobian_is_the_derivative(rattling, states):
     image = rattling.image(states[:5], 2, jacobian=True)
-    weights, felt = rattling.weights, rattling.felt
+    weights, weighted = rattling.weights, rattling.weighted_components
     step = 1e-6
     for row, state in enumerate(states[:5]):
-        for j in felt[:: max(1, len(felt) // 6)]:
+        for j in weighted[:: max(1, len(weighted) // 6)]:
             moved = np.repeat(state[np.newaxis], 2, axis=0)
             moved[0, j] += step / weights[j]
             moved[1, j] -= step / weights[j]
             ends = rattling(moved, 2)
             found = weights * (ends[0] - ends[1]) / (2 * step)
             exact = weights * image.jacobian[row, :, j] / weights[j]
-            np.testing.assert_allclose(found[felt], exact[felt], rtol=0, atol=1e-6 * np.abs(exact).max())
+            np.testing.assert_allclose(found[weighted], exact[weighted], rtol=0, atol=1e-6 * np.abs(exact).max())
 
 
 def test_tangents_are_columns_of_the_jacobian(rattling, states):
@@ -91,7 +91,7 @@ def test_the_jacobian_has_determinant_of_the_damping(rattling, states):
     """The volume of phase space shrinks as the damping says, events and contact aside: per cycle the
     same for all states of free flight, and never grows."""
     determinants = np.linalg.det(
-        rattling.image(states, 1, jacobian=True).jacobian[:, rattling.felt][:, :, rattling.felt]
+        rattling.image(states, 1, jacobian=True).jacobian[:, rattling.weighted_components][:, :, rattling.weighted_components]
     )
     assert ((determinants > 0) & (determinants < 1)).all()
 
@@ -99,12 +99,12 @@ def test_the_jacobian_has_determinant_of_the_damping(rattling, states):
 @pytest.mark.parametrize("key", ["load", "speed", "mesh.half_gap", "mesh.mean_stiffness"])
 def test_derivatives_by_keys_are_those_of_maps_at_other_values(rattling, states, key):
     by = rattling.image(states[:4], 2, by=[key]).by[key]
-    value, weights, felt = rattling.point[key], rattling.weights, rattling.felt
+    value, weights, weighted = rattling.point[key], rattling.weights, rattling.weighted_components
     step = 1e-6 * value
     ends = [rattling.at({key: value + sign * step})(states[:4], 2) for sign in (1, -1)]
     found = (ends[0] - ends[1]) / (2 * step)
     for mine, theirs in zip(by, found):
-        mine, theirs = (weights * mine)[felt], (weights * theirs)[felt]
+        mine, theirs = (weights * mine)[weighted], (weights * theirs)[weighted]
         np.testing.assert_allclose(theirs, mine, rtol=0, atol=2e-5 * np.abs(mine).max())
 
 
@@ -152,15 +152,15 @@ def test_newton_of_a_researcher_finds_the_orbit(rattling):
     periodic = [i for i, period in enumerate(run.points["period"]) if period == 1]
     assert periodic, "no point of the grid has period 1"
     mapped = gearatlas.CycleMap(gearatlas.load(QUICKSTART).point(int(periodic[0])))
-    felt, state = mapped.felt, mapped(mapped.start(), 2000)
+    weighted, state = mapped.weighted_components, mapped(mapped.start(), 2000)
     for _ in range(8):
         image = mapped.image(state, jacobian=True)
-        residual = (image.states[0] - state)[felt]
-        matrix = image.jacobian[0][np.ix_(felt, felt)]
-        state[felt] -= np.linalg.solve(matrix - np.eye(len(felt)), residual)
-    error = np.linalg.norm((mapped.weights * (mapped(state) - state))[felt])
+        residual = (image.states[0] - state)[weighted]
+        matrix = image.jacobian[0][np.ix_(weighted, weighted)]
+        state[weighted] -= np.linalg.solve(matrix - np.eye(len(weighted)), residual)
+    error = np.linalg.norm((mapped.weights * (mapped(state) - state))[weighted])
     assert error < 1e-10
-    multipliers = np.linalg.eigvals(mapped.image(state, jacobian=True).jacobian[0][np.ix_(felt, felt)])
+    multipliers = np.linalg.eigvals(mapped.image(state, jacobian=True).jacobian[0][np.ix_(weighted, weighted)])
     assert np.abs(multipliers).max() < 1, "it attracts"
 
 
@@ -172,21 +172,21 @@ def test_a_foreign_package_finds_our_exponent():
     assert chaotic, "no point of the grid is chaotic"
     id = chaotic[0]
     mapped = gearatlas.CycleMap(gearatlas.load(QUICKSTART).point(id), threads=1)
-    felt, weights = mapped.felt, mapped.weights[mapped.felt]
+    weighted, weights = mapped.weighted_components, mapped.weights[mapped.weighted_components]
 
     def whole(u: np.ndarray) -> np.ndarray:
         state = np.zeros(mapped.dimension)
-        state[felt] = u / weights
+        state[weighted] = u / weights
         return state
 
     def step(u: np.ndarray, _: float) -> np.ndarray:
-        return weights * mapped(whole(u))[felt]
+        return weights * mapped(whole(u))[weighted]
 
     def jacobian(u: np.ndarray, _: float) -> np.ndarray:
-        matrix = mapped.image(whole(u), jacobian=True).jacobian[0][np.ix_(felt, felt)]
+        matrix = mapped.image(whole(u), jacobian=True).jacobian[0][np.ix_(weighted, weighted)]
         return weights[:, None] * matrix / weights
 
-    system = lyapynov.DiscreteDS(weights * mapped.start()[felt], 0, step, jacobian)
+    system = lyapynov.DiscreteDS(weights * mapped.start()[weighted], 0, step, jacobian)
     cycles = 6000
     _, history = lyapynov.LCE(system, 1, 1000, cycles, True)
     # Growth a cycle, and the standard error of its mean from blocks.

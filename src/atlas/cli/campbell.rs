@@ -8,7 +8,7 @@ use super::{manifest_args, with_causes};
 use crate::analysis::Frequencies;
 use crate::manifest::{self, AxisKey, Job, ManifestText, PointSpec};
 use crate::model::DriveShaft;
-use crate::report::{Campbell, ModeLine, NEAR_GRID, Ray, USUAL_ORDERS, to_digits};
+use crate::report::{Campbell, DEFAULT_ORDERS, ModeLine, NEAR_GRID, Ray, to_digits};
 use crate::store::read_runs;
 use crate::structure::ModalStructure;
 use crate::sweep::{MeshTables, Prepared, build};
@@ -68,7 +68,7 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
         [closed.mode.frequency, closed.mesh_share]
     });
     let cycles = structure.cycles_per_turn();
-    let orders = if orders.is_empty() { &USUAL_ORDERS[..] } else { orders };
+    let orders = if orders.is_empty() { &DEFAULT_ORDERS[..] } else { orders };
     let mesh = orders.iter().map(|order| Ray {
         name: format!("{} × mesh", to_digits(*order, 4)),
         order: order * cycles,

@@ -138,7 +138,7 @@ const LISTED: usize = 24;
 
 /// Largest relative distance of a typed value from a value of the grid: half a unit in the last digit that messages
 /// show.
-const NEAR: f64 = 5e-7;
+const TYPING_TOLERANCE: f64 = 5e-7;
 
 /// The point of a job from an argument. On failure, prints all errors and returns the exit status.
 pub fn read_point(job: &Job, text: &str) -> Result<ChosenPoint, ExitCode> {
@@ -394,7 +394,7 @@ fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
 
 /// Whether a value equals one of the grid to the digits that messages show.
 fn is_near(on_grid: f64, value: f64) -> bool {
-    (on_grid - value).abs() <= NEAR * value.abs()
+    (on_grid - value).abs() <= TYPING_TOLERANCE * value.abs()
 }
 
 fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {

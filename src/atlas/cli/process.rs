@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 const PATIENCE: Duration = Duration::from_millis(700);
 
 /// Interval at which the first thread checks for cancellation.
-const LOOK_UP: Duration = Duration::from_millis(50);
+const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Stack of the working thread \[bytes\]: the default size for the first thread of a process.
 const STACK: usize = 8 << 20;
@@ -59,7 +59,7 @@ pub fn run_interruptibly(work: fn() -> ExitCode) -> ExitCode {
     };
     let mut since = None;
     loop {
-        match waiting.recv_timeout(LOOK_UP) {
+        match waiting.recv_timeout(CHECK_INTERVAL) {
             Ok(status) => return status,
             Err(RecvTimeoutError::Disconnected) => break,
             Err(RecvTimeoutError::Timeout) => {}

@@ -17,7 +17,7 @@ pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
 }
 
 /// Why a folder must not be written to: it already contains such a recording.
-pub(super) fn occupied(folder: &Path, kind: TableKind, recording: &str) -> Option<String> {
+pub(super) fn existing_message(folder: &Path, kind: TableKind, recording: &str) -> Option<String> {
     let file = table_path(folder, kind, None);
     file.exists().then(|| {
         format!(

@@ -24,7 +24,8 @@ use std::process::ExitCode;
 const FAILURES: [&str; 4] = ["failed", "diverged", "event_storm", "inaccurate"];
 
 /// Warning in the results while a retry replaces points.
-const AMID: &str = "a retry of these points was interrupted; repeat it with --retry failed";
+const RETRY_WARNING: &str =
+    "a retry of these points was interrupted; repeat it with --retry failed";
 
 /// Recomputes the failed points of the results in `folder`, which `record` describes.
 pub fn run(args: &RunArgs, job: &Job, folder: &Path, record: RunRecord) -> ExitCode {
@@ -84,7 +85,7 @@ fn retry(
         }
     };
     // A retry that was killed during its last steps leaves this warning in the record.
-    record.warnings.retain(|warning| warning != AMID);
+    record.warnings.retain(|warning| warning != RETRY_WARNING);
     latest(&mut record.tables);
     recount(&mut record, folder, args)?;
     write_run(folder, &record)?;
@@ -202,7 +203,7 @@ impl Retry<'_> {
         record.tables = replace(exchange, |tables| {
             let mut either = record.clone();
             either.tables.extend(tables.iter().cloned());
-            either.warnings.push(AMID.into());
+            either.warnings.push(RETRY_WARNING.into());
             write_run(self.folder, &either)
         })?;
         Ok(())

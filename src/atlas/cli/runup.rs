@@ -51,8 +51,8 @@ pub fn run(args: &RunupArgs) -> Status {
     let point = point::read_point(&job, if has_point { &args.point.text } else { "0" })?;
     let label = if has_point { &point.label } else { "" };
     let folder = (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "runup", label));
-    let occupied = recording::occupied(&folder, TableKind::Signals, "run-up");
-    if let Some(message) = occupied.filter(|_| !args.overwrite) {
+    let existing = recording::existing_message(&folder, TableKind::Signals, "run-up");
+    if let Some(message) = existing.filter(|_| !args.overwrite) {
         return Err(fail(BAD_INPUT, &message));
     }
     let process = Process::prepare(NOTHING_WRITTEN)?;

@@ -131,14 +131,14 @@ pub(super) fn instead(folder: &Path) -> String {
             "no results in `{here}`: it holds computed tables; `atlas show {here}/FILE` shows the content of a file"
         ),
         Contents::Folders(names) => {
-            const MOST: usize = 12;
-            let more = match names.len().saturating_sub(MOST) {
+            const MOST_FOLDERS: usize = 12;
+            let more = match names.len().saturating_sub(MOST_FOLDERS) {
                 0 => String::new(),
                 more => format!(" and {more} more"),
             };
             let named = names
                 .iter()
-                .take(MOST)
+                .take(MOST_FOLDERS)
                 .map(|name| printable(name).into_owned());
             format!(
                 "no results in `{here}` itself; these folders in it have some: {}{more}",

@@ -63,7 +63,7 @@ pub fn run(args: &TraceArgs) -> Status {
     let folder =
         (args.out.clone()).unwrap_or_else(|| recording::folder(&job, "trace", &point.label));
     if let Some(message) =
-        recording::occupied(&folder, TableKind::Trace, "trace").filter(|_| !args.overwrite)
+        recording::existing_message(&folder, TableKind::Trace, "trace").filter(|_| !args.overwrite)
     {
         return Err(fail(BAD_INPUT, &message));
     }

@@ -66,7 +66,13 @@ pub enum SoundError {
         /// The value.
         value: f64,
     },
-    /// The signal is too short, does not vary, or has no rate.
+    /// The signal is too short.
+    #[error("the signal `{name}` has fewer than two samples")]
+    Short {
+        /// Name of the signal.
+        name: String,
+    },
+    /// The signal does not vary.
     #[error("the signal `{name}` does not vary, so that there is nothing to hear")]
     Silent {
         /// Name of the signal.
@@ -127,7 +133,7 @@ pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
     let largest = values.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
     let [Some(first), Some(second)] = [0, 1].map(|at| times.get(at)) else {
-        return Err(SoundError::Silent { name });
+        return Err(SoundError::Short { name });
     };
     if largest == 0.0 {
         return Err(SoundError::Silent { name });

@@ -31,9 +31,9 @@ pub use orbits::{MissedSearch, Orbit, OrbitCount, Orbits};
 pub use page::{PageRequest, ResultsPage, results_page};
 pub(crate) use plot::Unit;
 pub use plot::{
-    Amount, Campbell, ColumnName, Contacts, Display, Drawable, Drawn, Log, ModeLine, NEAR_GRID,
-    NoAmount, NoColumn, Picture, PictureKind, PictureRequest, PlotError, PlotRequest, Ray,
-    Resonance, USUAL_ORDERS, drawable, machine_pictures, plot,
+    Amount, Campbell, ColumnName, Contacts, DEFAULT_ORDERS, Display, Drawable, Drawn, Log,
+    ModeLine, NEAR_GRID, NoAmount, NoColumn, Picture, PictureKind, PictureRequest, PlotError,
+    PlotRequest, Ray, Resonance, drawable, machine_pictures, plot,
 };
 pub use point::{Axis, ChaosLife, ClassCount, PointSummary, Verdict};
 pub use rattle::Rattle;

@@ -32,7 +32,7 @@ impl Tied {
         Self::new(places.collect(), axes, points)
     }
 
-    /// Groups of axes over `points` points.
+    /// The tied axes of a table with this number of points; `groups` are indices into `axes`.
     fn new(groups: Vec<Vec<usize>>, axes: &[Axis], points: usize) -> Self {
         let length = |axis: usize| axes[axis].values.len().max(1);
         let untied =

@@ -70,13 +70,13 @@ const MOST_PROPORTIONAL_GROWTH: f64 = 2.8;
 const DECAYING: f64 = -1.0;
 
 /// Contraction of neighbours since the start, in nats, after which the motion depends only on the excitation.
-const FORGOTTEN: f64 = 14.0;
+const FORGETTING_CONTRACTION: f64 = 14.0;
 
 /// Contraction, in nats, after which a decaying motion repeats: from a half gap to the return distance.
 const REPEATING_CONTRACTION: f64 = 23.0;
 
 /// R-hat above which trajectories do not share one motion.
-pub const APART: f64 = 1.2;
+pub const DIFFERENT_RHAT: f64 = 1.2;
 
 /// Growth of a tangent between quarters of a record, in nats over the whole record: four times the difference
 /// of the averages of the logarithm of its length.
@@ -201,7 +201,7 @@ impl Found<'_> {
 
     /// The verdict if the motion has forgotten its start and follows an excitation without a period.
     fn driven(&self) -> Option<Verdict> {
-        let decays = self.decays() && self.contraction() >= FORGOTTEN;
+        let decays = self.decays() && self.contraction() >= FORGETTING_CONTRACTION;
         if self.evidence.excitation_repeats || !decays {
             return None;
         }
@@ -229,7 +229,7 @@ impl Found<'_> {
     fn chaotic(&self) -> Verdict {
         let known = self.known();
         if let Some(rhat) = self.evidence.rhat {
-            if rhat > APART {
+            if rhat > DIFFERENT_RHAT {
                 return not_converged(format!(
                     "{known}, but the trajectories do not share one motion (R-hat {rhat:.2}); raise \
                      run.transient or run.cycles, or add analyses.multistability"

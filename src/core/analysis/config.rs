@@ -153,8 +153,8 @@ pub struct SpectrumConfig {
     pub signals: Signals,
     /// Highest mesh order.
     pub highest_order: u32,
-    /// Minimum mesh cycles per segment of a motion that does not repeat. Its lines are at most 1/resolution
-    /// of the mesh order apart.
+    /// Minimum number of mesh cycles per segment of Welch's method, for motion that does not repeat. Its lines are at
+    /// most 1/resolution of the mesh order apart.
     pub resolution: u32,
 }
 

@@ -138,7 +138,9 @@ impl CoupledModes {
         work(Cause::Structure, skew);
         for closed in window.closed {
             let segment = &window.segments[closed.contact];
-            let direction = series.model().direction_of_motion(closed.contact, segment);
+            let direction = series
+                .model()
+                .motion_direction_index(closed.contact, segment);
             let [w, g] = &self.participations[direction];
             let force = padded(closed.force);
             for i in (0..n).filter(|&i| g[i] != w[i]) {

@@ -35,7 +35,7 @@ pub(super) use cause::Cause;
 pub const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The message if the energy balance does not close; `None` if it does.
-pub fn objection(residual: f64) -> Option<String> {
+pub fn imbalance_message(residual: f64) -> Option<String> {
     // This form of the comparison also rejects NaN.
     let closes = residual <= LARGEST_RESIDUAL;
     (!closes).then(|| {

@@ -22,7 +22,7 @@ use std::borrow::Cow;
 pub const TERMS: usize = 24;
 
 /// Terms of the exponentials.
-const KERNEL_TERMS: usize = 32;
+const IMPULSE_RESPONSE_TERMS: usize = 32;
 
 /// A Legendre series on a window.
 pub type Series = [f64; TERMS];
@@ -31,7 +31,7 @@ pub type Series = [f64; TERMS];
 type Responses = Vec<Series>;
 
 /// Series of the exponential's C and S.
-type Exponential = [Complex64; KERNEL_TERMS];
+type Exponential = [Complex64; IMPULSE_RESPONSE_TERMS];
 
 /// Exponentials of all blocks on windows of one length.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ struct Exponentials {
 impl Exponentials {
     fn new(blocks: usize) -> Self {
         Self {
-            series: vec![[Complex64::ZERO; KERNEL_TERMS]; blocks],
+            series: vec![[Complex64::ZERO; IMPULSE_RESPONSE_TERMS]; blocks],
             terms: 0,
         }
     }
@@ -161,15 +161,15 @@ impl<'a> ModalSeries<'a> {
     /// Series of `Σ w·x` over blocks with their index, both components x and weights w. The weighted
     /// exponentials are added first, so that every input is convolved once.
     pub fn combination(&self, weights: impl IntoIterator<Item = (usize, [f64; 2])>) -> Series {
-        let mut start = [0.0; KERNEL_TERMS];
-        let mut constant = [0.0; KERNEL_TERMS];
-        let mut by_forces = vec![[0.0; KERNEL_TERMS]; self.by_forces.len()];
-        let mut by_ripples = vec![[0.0; KERNEL_TERMS]; self.ripples.len()];
+        let mut start = [0.0; IMPULSE_RESPONSE_TERMS];
+        let mut constant = [0.0; IMPULSE_RESPONSE_TERMS];
+        let mut by_forces = vec![[0.0; IMPULSE_RESPONSE_TERMS]; self.by_forces.len()];
+        let mut by_ripples = vec![[0.0; IMPULSE_RESPONSE_TERMS]; self.ripples.len()];
         for (index, w) in weights.into_iter().filter(|(_, w)| *w != [0.0; 2]) {
             let block = &self.model.blocks[index];
             let exponential = &self.exponentials.series[index][..self.exponentials.terms];
             let m = block.traceless();
-            let add = |u: [f64; 2], out: &mut [f64; KERNEL_TERMS]| {
+            let add = |u: [f64; 2], out: &mut [f64; IMPULSE_RESPONSE_TERMS]| {
                 // Weights of C and S in w·e^{At} u.
                 let c = w[0] * u[0] + w[1] * u[1];
                 let s = w[0] * (m[0][0] * u[0] + m[0][1] * u[1])
@@ -227,7 +227,7 @@ pub fn add_multiple(factor: f64, series: &Series, sum: &mut Series) {
 
 /// Adds the response to a constant input: `∫₀ᵗ P_k dt = Δ/2 (P_{k+1} − P_{k−1})/(2k+1)`, with
 /// `P_{−1} = −1`.
-fn add_constant(kernel: &[f64; KERNEL_TERMS], tau: f64, out: &mut Series) {
+fn add_constant(kernel: &[f64; IMPULSE_RESPONSE_TERMS], tau: f64, out: &mut Series) {
     for (k, scale) in kernel[..=TERMS].iter().enumerate() {
         let value = 0.5 * tau * scale / (2 * k + 1) as f64;
         if k + 1 < TERMS {

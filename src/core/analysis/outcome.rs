@@ -110,7 +110,7 @@ pub struct LyapunovOutcome {
     /// Method that gave the exponents.
     pub method: LyapunovMethod,
     /// Running estimates, if requested and the exponents are averages.
-    pub course: Option<CourseOutcome>,
+    pub convergence: Option<ConvergenceOutcome>,
 }
 
 impl LyapunovOutcome {
@@ -131,7 +131,7 @@ pub struct KaplanYorke {
 
 /// Running estimates of the exponents over the cycles measured.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct CourseOutcome {
+pub struct ConvergenceOutcome {
     /// Number of mesh cycles behind each estimate.
     pub cycles: Vec<f64>,
     /// Mean growth over these cycles \[1/cycle\]: all estimates of the largest exponent, then of the next.

@@ -21,8 +21,8 @@ use std::borrow::Cow;
 const CYCLES_PER_STRETCH: u64 = 10;
 
 /// Index of the time \[s\] and of the gain of stored energy \[J\], after the works of all causes \[J\].
-const TIME: usize = Cause::COUNT;
-const STORED: usize = Cause::COUNT + 1;
+const TIME_INDEX: usize = Cause::COUNT;
+const STORED_INDEX: usize = Cause::COUNT + 1;
 
 /// Sums over a stretch.
 type Sums = [f64; Cause::COUNT + 2];
@@ -79,7 +79,7 @@ impl Power {
     /// Ends a mesh cycle, with the trajectory at its end.
     pub fn cycle(&mut self, end: &TrajectoryState) {
         if let Some(energy) = self.balance.stored_at(end) {
-            self.sums.current()[STORED] += energy - self.energy;
+            self.sums.current()[STORED_INDEX] += energy - self.energy;
             self.energy = energy;
         }
         self.sums.advance();
@@ -93,13 +93,13 @@ impl Power {
         if self.repeats {
             self.balance.step_to(first, &mut |cause, work| {
                 total[cause as usize] += work;
-                total[STORED] += work;
+                total[STORED_INDEX] += work;
             });
         }
-        let mean = powers(|place, sense| sense * total[place] / total[TIME]);
+        let mean = powers(|place, sense| sense * total[place] / total[TIME_INDEX]);
         let errors = powers(|place, _| {
             let stretches = self.sums.complete().iter();
-            let series: Vec<f64> = stretches.map(|s| s[place] / s[TIME]).collect();
+            let series: Vec<f64> = stretches.map(|s| s[place] / s[TIME_INDEX]).collect();
             standard_error(&series)
         });
         Some([mean, errors])
@@ -115,7 +115,7 @@ impl Observer for Power {
             self.energy = self.balance.stored_before(window);
         }
         let sums = self.sums.current();
-        sums[TIME] += window.duration;
+        sums[TIME_INDEX] += window.duration;
         let mut work = |cause: Cause, work: f64| sums[cause as usize] += work;
         self.balance.window(window, &mut work);
     }
@@ -137,6 +137,6 @@ fn powers(of: impl Fn(usize, f64) -> f64) -> PowerOutcome {
         contact: go(Cause::Contact),
         structure: go(Cause::Structure),
         friction: go(Cause::Friction),
-        stored: of(STORED, 1.0),
+        stored: of(STORED_INDEX, 1.0),
     }
 }

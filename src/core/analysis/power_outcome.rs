@@ -12,7 +12,7 @@ pub struct PowerOutcome {
     pub error: f64,
     /// Input by varying stiffness.
     pub stiffness: f64,
-    /// Output by the dampers of the contacts, and by springs released while compressed.
+    /// Output by the dampers of the contacts, by springs released while compressed, and by impacts on rigid stops.
     pub contact: f64,
     /// Output by damping of the structure, minus the input by its cross-coupled springs.
     pub structure: f64,

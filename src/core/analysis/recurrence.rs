@@ -12,7 +12,7 @@ use crate::model::Model;
 
 /// Longest period in mesh cycles up to which every period is tried; a return is checked over as many cycles.
 /// If the excitation's period is longer, it replaces this value.
-const SHORT: usize = 32;
+const LONGEST_TRIED: usize = 32;
 
 /// Longest period of a motion, and longest period of an excitation, in mesh cycles.
 const LONGEST: usize = 1024;
@@ -37,7 +37,7 @@ const MUCH_CLOSER: f64 = 1e-3;
 #[derive(Debug, Clone)]
 pub struct Recurrence {
     /// Every period up to this is tried; beyond it, multiples of the excitation's period.
-    short: usize,
+    longest_tried: usize,
     excitation: usize,
     excitation_repeats: bool,
     /// Number of states: a stretch as long as the longest period, and its image.
@@ -54,7 +54,7 @@ impl Recurrence {
     pub fn new(model: &Model) -> Self {
         let excitation = excitation_period(model);
         Self {
-            short: SHORT.max(excitation.unwrap_or(1)),
+            longest_tried: LONGEST_TRIED.max(excitation.unwrap_or(1)),
             excitation: excitation.unwrap_or(1),
             excitation_repeats: excitation.is_some(),
             kept: 2 * LONGEST + 1,
@@ -67,7 +67,8 @@ impl Recurrence {
     /// Longest period, in mesh cycles, that the available states can show. The states must cover it twice.
     pub fn longest(&self) -> usize {
         let seen = (self.count().saturating_sub(1) / 2).min(LONGEST);
-        self.short.max(seen / self.excitation * self.excitation)
+        self.longest_tried
+            .max(seen / self.excitation * self.excitation)
     }
 
     /// Period of the excitation, in mesh cycles; `None` if it is above 1024 or does not exist.
@@ -115,17 +116,18 @@ impl Recurrence {
     /// The period of the motion, once it repeats to [`TOLERANCE`] over a long enough stretch. The stretch is
     /// as long as the longest short period, or as the period itself if that is longer.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
-        if self.count() < 2 * self.short + 1 {
+        if self.count() < 2 * self.longest_tried + 1 {
             return None;
         }
         let repeats = |period: usize, tolerance: f64| {
-            (0..self.short.max(period)).all(|back| {
+            (0..self.longest_tried.max(period)).all(|back| {
                 let limit = tolerance * norm.unit();
                 norm.is_within(limit, self.past(back), self.past(back + period))
             })
         };
-        let beyond = (self.short / self.excitation + 1..).map(|times| times * self.excitation);
-        let shortest = (1..=self.short)
+        let beyond =
+            (self.longest_tried / self.excitation + 1..).map(|times| times * self.excitation);
+        let shortest = (1..=self.longest_tried)
             .chain(beyond.take_while(|&period| period <= self.longest()))
             .find(|&period| repeats(period, TOLERANCE))?;
         (1..=shortest)
@@ -143,14 +145,14 @@ impl Recurrence {
         }
         let known = self.count().saturating_sub(1);
         let distance_after = |lag: usize| norm.distance(self.past(0), self.past(lag)) / norm.unit();
-        let closest = (1..=known.min(self.short))
+        let closest = (1..=known.min(self.longest_tried))
             .filter(|lag| lag.is_multiple_of(self.excitation))
             .min_by(|a, b| distance_after(*a).total_cmp(&distance_after(*b)));
         let Some(closest) = closest else {
             return Vec::new();
         };
         let much_closer = MUCH_CLOSER * distance_after(closest).min(nearest) * norm.unit();
-        let beyond = (self.short + 1..=known.min(LONGEST))
+        let beyond = (self.longest_tried + 1..=known.min(LONGEST))
             .filter(|lag| lag.is_multiple_of(self.excitation))
             .find(|lag| norm.is_within(much_closer, self.past(0), self.past(*lag)));
         let mut candidates = Vec::new();

@@ -70,23 +70,23 @@ impl RotatedStaticContact {
     }
 
     /// The contact as an input of the search ([`super::rest`]). `at_load` are displacements of the elastic
-    /// modes under the load, `push` is the effect of its force on the modes, and `yielding` is its
+    /// modes under the load, `push` is the effect of its force on the modes, and `compliance` is its
     /// displacement by the forces of all contacts. `rigid_motions` are the rigid motions that deflect
     /// contacts.
     fn static_contact(
         &self,
         at_load: &[f64],
         push: &[f64],
-        yielding: Vec<f64>,
+        compliance: Vec<f64>,
         rigid_motions: &[usize],
     ) -> StaticContact {
         StaticContact {
-            reach: self.side * (dot(&self.deflection, at_load) - self.shut),
+            offset: self.side * (dot(&self.deflection, at_load) - self.shut),
             size: self.shut.abs() + dot_of_moduli(&self.deflection, at_load),
             stiffness: self.stiffness,
             along: self.rigid_part(&self.deflection, rigid_motions),
             push: self.rigid_part(push, rigid_motions),
-            yielding,
+            compliance,
         }
     }
 
@@ -133,37 +133,47 @@ impl Model {
     }
 
     /// Static equilibrium under the mean torques with all contacts at the start of their cycles. One of the
-    /// flanks carries the load if this closes no other contact. Otherwise all contacts that it closes share
-    /// the load.
+    /// flanks carries the load if this closes no other contact. Otherwise, and without flanks, all contacts that it
+    /// closes share the load.
     ///
     /// # Errors
     /// [`ModelError::NoEquilibrium`].
     pub(super) fn static_equilibrium(&self) -> Result<Equilibrium, ModelError> {
-        let (mut state, mut force) = self.equilibrium_on(DRIVE_FLANK);
-        let mut flank = DRIVE_FLANK;
-        if force < 0.0 {
-            (state, force) = self.equilibrium_on(COAST_FLANK);
-            flank = COAST_FLANK;
-        }
-        let modes = self.basis.turned_modes(&state);
-        // Oil carries no static load.
-        let solid = || (0..self.contacts.len()).filter(|&contact| !self.is_of_film(contact));
-        let all: Vec<RotatedStaticContact> = solid()
-            .map(|contact| RotatedStaticContact::of(self, contact))
+        // Oil carries no static load, and nothing leans on flanks that do not exist.
+        let is_solid = |contact: &usize| {
+            let is_flank = [DRIVE_FLANK, COAST_FLANK].contains(contact);
+            !self.is_of_film(*contact) && (!is_flank || self.has_flanks())
+        };
+        let solid: Vec<usize> = (0..self.contacts.len()).filter(is_solid).collect();
+        let all: Vec<RotatedStaticContact> = (solid.iter())
+            .map(|&contact| RotatedStaticContact::of(self, contact))
             .collect();
-        let pushes = force.is_finite() && all[flank].side * force >= 0.0;
-        let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
-        let bearing = (0..all.len())
-            .filter(stretched)
-            .fold(ActiveSet::FREE, ActiveSet::toggled);
-        let alone = bearing == ActiveSet::FREE || bearing.only() == Some(flank);
-        if all.len() == 2 && pushes && alone {
-            return Ok(Equilibrium { state, bearing });
+        let mut modes = vec![0.0; self.blocks.len()];
+        if self.has_flanks() {
+            let (mut state, mut force) = self.equilibrium_on(DRIVE_FLANK);
+            let mut flank = DRIVE_FLANK;
+            if force < 0.0 {
+                (state, force) = self.equilibrium_on(COAST_FLANK);
+                flank = COAST_FLANK;
+            }
+            modes = self.basis.turned_modes(&state);
+            let pushes = force.is_finite() && all[flank].side * force >= 0.0;
+            let stretched = |contact: &usize| all[*contact].is_stretched(&modes);
+            let bearing = (0..all.len())
+                .filter(stretched)
+                .fold(ActiveSet::FREE, ActiveSet::toggled);
+            let alone = bearing == ActiveSet::FREE || bearing.only() == Some(flank);
+            if all.len() == 2 && pushes && alone {
+                return Ok(Equilibrium { state, bearing });
+            }
         }
-        let shared = self.shared_equilibrium(&all, &modes)?;
-        let bearing = (solid().enumerate())
+        let shared = self.shared_equilibrium(&all, &modes).map_err(|none| {
+            let contacts = none.contacts.iter().map(|&place| solid[place]).collect();
+            NoStaticState { contacts, ..none }
+        })?;
+        let bearing = (solid.iter().enumerate())
             .filter(|(place, _)| shared.bearing.holds(*place))
-            .fold(ActiveSet::FREE, |set, (_, contact)| set.toggled(contact));
+            .fold(ActiveSet::FREE, |set, (_, &contact)| set.toggled(contact));
         Ok(Equilibrium { bearing, ..shared })
     }
 
@@ -174,7 +184,7 @@ impl Model {
         &self,
         all: &[RotatedStaticContact],
         modes: &[f64],
-    ) -> Result<Equilibrium, ModelError> {
+    ) -> Result<Equilibrium, NoStaticState> {
         let n = self.blocks.len();
         let rigid_motions = &self.basis.rigid()[self.basis.without_contact().len()..];
         let load = self.load_on_modes();
@@ -196,15 +206,15 @@ impl Model {
             load: rigid_motions.iter().map(|&r| load[r]).collect(),
         };
         let whole = contacts(&|i| {
-            let yielding = (0..all.len())
+            let compliance = (0..all.len())
                 .map(|j| flexibility(i, j, &responses_to_forces))
                 .collect();
-            all[i].static_contact(&at_load, &all[i].force, yielding, rigid_motions)
+            all[i].static_contact(&at_load, &all[i].force, compliance, rigid_motions)
         });
         let smooth = contacts(&|i| {
             let half = |i, j| 0.5 * flexibility(i, j, &responses_to_deflections);
-            let yielding = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
-            all[i].static_contact(&at_load, &all[i].deflection, yielding, rigid_motions)
+            let compliance = (0..all.len()).map(|j| half(i, j) + half(j, i)).collect();
+            all[i].static_contact(&at_load, &all[i].deflection, compliance, rigid_motions)
         });
         let from = self.sought_from(all, modes, rigid_motions);
         let rest_state = rest::static_state(&smooth, &whole, &from)?;
@@ -360,8 +370,8 @@ fn rates(all: &[RotatedStaticContact], contacts: &Contacts, rest: &StaticState) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{Drive, InitialState, OperatingPoint, fixtures};
-    use crate::structure::{ModalStructure, StructureContact};
+    use crate::model::{Drive, InitialState, OUT_OF_REACH, OperatingPoint, fixtures};
+    use crate::structure::{Coupling, ModalStructure, StructureContact};
 
     /// The contacts closed at the start. Checks that nothing accelerates, nothing moves, and no contact
     /// pulls.
@@ -516,6 +526,30 @@ mod tests {
         for (shared, alone) in start.state.iter().zip(&alone) {
             assert!((shared - alone).abs() < 1e-13 * size, "{shared} {alone}");
         }
+    }
+
+    /// A free mass without flanks stays where it is: its displacement is shown, but no flank is there to lean on.
+    #[test]
+    fn a_free_mass_without_flanks_stays() {
+        let structure = ModalStructure {
+            coupling: Some(Coupling {
+                damping: vec![0.0; 4],
+                gyroscopic: vec![0.0, 0.2, -0.2, 0.0],
+                stiffness: vec![0.0; 4],
+            }),
+            ..ModalStructure::of_modes(&[0.0, 3.0], 0.1, &[0.5, 1.0], &[0.0, 0.0])
+        };
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 1.5,
+        };
+        let drive = fixtures::constant_mesh(OUT_OF_REACH, 9.0);
+        let mut model = Model::new(&structure, &drive, point).unwrap();
+        model.half_gap = 1.0;
+        assert!(!model.has_flanks());
+        let start = model.start(&InitialState::Static);
+        assert_eq!(start.state, [0.0; 4]);
+        assert_eq!(start.contact, ActiveSet::FREE);
     }
 
     /// Two rotations, the second restrained only by a further mesh that a drag presses together.

@@ -45,7 +45,7 @@ pub struct FilmLayer {
 impl Film {
     /// C \[N s √m\] of an oil with a viscosity \[Pa s\] between cylinders with an equivalent radius R and a length
     /// \[m\].
-    pub fn squeezed(viscosity: f64, radius: f64, length: f64) -> f64 {
+    pub fn squeeze_coefficient(viscosity: f64, radius: f64, length: f64) -> f64 {
         3.0 * SQRT_2 * PI * viscosity * length * radius.powf(1.5)
     }
 
@@ -103,7 +103,7 @@ mod tests {
     /// Viscosity 0.05 Pa s, length 20 mm, R 12.8 mm.
     fn film(layers: usize) -> Film {
         Film {
-            coefficient: Film::squeezed(0.05, 12.8e-3, 20e-3),
+            coefficient: Film::squeeze_coefficient(0.05, 12.8e-3, 20e-3),
             thickness: [50e-6, 1e-6],
             layers,
         }

@@ -32,9 +32,9 @@ pub struct LoadTerms {
     /// Static force of omitted modes on every bearing, per unit of each load term \[N\].
     pub on_bearings: Vec<[f64; LOAD_TERMS]>,
     /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, with the
-    /// drive as a rigid body \[1/(kg m²)\]. `None` if it does not rotate freely or the positions of the torques are
-    /// unknown.
-    pub mobility: Option<[f64; 2]>,
+    /// drive as a rigid body without dampers \[1/(kg m²)\]. An entry is `None` if the position of its torque is unknown.
+    /// Both are `None` if no torque on the pinion's shaft turns the whole drive.
+    pub mobility: [Option<f64>; 2],
 }
 
 impl Model {
@@ -48,10 +48,24 @@ impl Model {
             let scaled: Vec<f64> = basis.turn(values).iter().map(|v| scale * v).collect();
             basis.input(&scaled)
         };
-        let torques = [&structure.pinion_torque, &structure.wheel_torque]
-            .map(|values| block_inputs(values.as_deref().unwrap_or_default(), 1.0));
-        let mobility = self.mobility(structure, &torques);
-        let [pinion, wheel] = torques;
+        // The mean rotation takes up what turns the whole drive.
+        let torques = [&structure.pinion_torque, &structure.wheel_torque].map(|values| {
+            let mut turned = basis.turn(values.as_deref()?);
+            let whole = self
+                .free_rotations()
+                .map(|i| std::mem::take(&mut turned[i]));
+            let whole: Vec<f64> = whole.collect();
+            Some((whole, basis.input(&turned)))
+        });
+        let along = |torque: &Option<(Vec<f64>, _)>| {
+            let (pinion, own) = (&torques[0].as_ref()?.0, &torque.as_ref()?.0);
+            Some(pinion.iter().zip(own).map(|(p, t)| p * t).sum::<f64>())
+        };
+        let acts = along(&torques[0]).is_some_and(|own| own > 0.0);
+        let mobility = [0, 1].map(|shaft| along(&torques[shaft]).filter(|_| acts));
+        let no_input = || vec![[0.0; 2]; self.blocks.len()];
+        let [pinion, wheel] =
+            torques.map(|torque| torque.map_or_else(no_input, |(_, input)| input));
         let mut inputs = [
             block_inputs(&structure.torque, structure.rated_force),
             block_inputs(&structure.constant_load, 1.0),
@@ -84,22 +98,16 @@ impl Model {
         }
     }
 
-    /// [`LoadTerms::mobility`], from the inputs of torques on both shafts.
-    fn mobility(
-        &self,
-        structure: &ModalStructure,
-        [pinion, wheel]: &[Vec<[f64; 2]>; 2],
-    ) -> Option<[f64; 2]> {
-        let places = [
-            structure.pinion_torque.as_ref()?,
-            structure.wheel_torque.as_ref()?,
-        ];
-        let [rotation, _] = self.basis.output(&self.basis.turn(places[0]));
-        let free = || self.neutral.iter().copied();
-        let of =
-            |inputs: &[[f64; 2]]| -> f64 { free().map(|i| rotation[i][0] * inputs[i][1]).sum() };
-        let mobility = [of(pinion), of(wheel)];
-        (mobility[0] > 0.0).then_some(mobility)
+    /// The rotated rigid modes that neither contacts nor springs restrain: rotations of the whole drive, which dampers may
+    /// slow down.
+    pub fn free_rotations(&self) -> impl Iterator<Item = usize> {
+        let n = self.blocks.len();
+        let is_held = move |&i: &usize| {
+            let coupled = self.basis.coupled();
+            coupled.is_some_and(|coupled| coupled.stiffness[n * i..][..n].iter().any(|k| *k != 0.0))
+        };
+        let rigid = self.basis.without_contact().iter().copied();
+        rigid.filter(move |i| !is_held(i))
     }
 }
 
@@ -142,7 +150,7 @@ mod tests {
         }
         // Both shafts rotate by the same angle: J = 1/a² + 1/b².
         let inertia = 1.0 / (a * a) + 1.0 / (b * b);
-        let [pinion, wheel] = terms.mobility.unwrap();
+        let [pinion, wheel] = terms.mobility.map(Option::unwrap);
         assert!((pinion * inertia - 1.0).abs() < 1e-14, "{pinion}");
         assert!((wheel.abs() * inertia - 1.0).abs() < 1e-14, "{wheel}");
     }

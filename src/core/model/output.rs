@@ -50,7 +50,7 @@ impl Quantity {
         }
     }
 
-    /// Whether an output of this kind is the rate of the sum of its gains.
+    /// Whether an output of this kind is the time derivative of `Σ gain q + Σ rate_gain q'`.
     pub fn is_rate(self) -> bool {
         matches!(self, Self::Acceleration | Self::AngularAcceleration)
     }

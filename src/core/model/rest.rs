@@ -91,7 +91,7 @@ pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
 #[derive(Debug, Clone)]
 pub(super) struct StaticContact {
     /// Stretch without forces at y = 0, c \[m\].
-    pub reach: f64,
+    pub offset: f64,
     /// Sum of the moduli of the terms of this stretch \[m\].
     pub size: f64,
     /// Stiffness k \[N/m\].
@@ -101,14 +101,14 @@ pub(super) struct StaticContact {
     /// Participations of its force, G.
     pub push: Vec<f64>,
     /// Its displacement by a unit of each contact's force, B \[m/N\].
-    pub yielding: Vec<f64>,
+    pub compliance: Vec<f64>,
 }
 
 impl StaticContact {
     /// Whether a motion or the load can stretch it.
     fn may_close(&self) -> bool {
         let moves = |gains: &[f64]| gains.iter().any(|gain| *gain != 0.0);
-        self.reach > 0.0 || moves(&self.along) || moves(&self.yielding)
+        self.offset > 0.0 || moves(&self.along) || moves(&self.compliance)
     }
 }
 
@@ -150,8 +150,8 @@ impl Contacts {
     /// Stretch of each contact \[m\] under forces at a position.
     pub fn stretches(&self, forces: &[f64], place: &[f64]) -> Vec<f64> {
         let stretch = |static_contact: &StaticContact| {
-            static_contact.reach + dot(&static_contact.along, place)
-                - dot(&static_contact.yielding, forces)
+            static_contact.offset + dot(&static_contact.along, place)
+                - dot(&static_contact.compliance, forces)
         };
         self.contacts_at_rest.iter().map(stretch).collect()
     }
@@ -160,7 +160,7 @@ impl Contacts {
     pub fn noise(&self, contact: usize, forces: &[f64], place: &[f64]) -> f64 {
         let static_contact = &self.contacts_at_rest[contact];
         let moved = dot_of_moduli(&static_contact.along, place)
-            + dot_of_moduli(&static_contact.yielding, forces);
+            + dot_of_moduli(&static_contact.compliance, forces);
         ROUND_OFF * (static_contact.size + moved)
     }
 
@@ -186,7 +186,7 @@ impl Contacts {
             (true, true) => {
                 let static_contact = &self.contacts_at_rest[among[i]];
                 let spring = if i == j { 1.0 / static_contact.stiffness } else { 0.0 };
-                static_contact.yielding[among[j]] + spring
+                static_contact.compliance[among[j]] + spring
             }
             (true, false) => -dot(
                 &self.contacts_at_rest[among[i]].along,
@@ -199,7 +199,7 @@ impl Contacts {
             (false, false) => 0.0,
         });
         let right: Vec<f64> = (among.iter())
-            .map(|&i| self.contacts_at_rest[i].reach + dot(&self.contacts_at_rest[i].along, place))
+            .map(|&i| self.contacts_at_rest[i].offset + dot(&self.contacts_at_rest[i].along, place))
             .chain(
                 constrained
                     .iter()
@@ -295,7 +295,7 @@ impl Contacts {
     fn descend(&self, forces: &mut [f64], place: &mut [f64], way: [&[f64]; 2]) {
         let stretches = self.stretches(forces, place);
         let given: Vec<f64> = (self.contacts_at_rest.iter())
-            .map(|static_contact| dot(&static_contact.yielding, way[0]))
+            .map(|static_contact| dot(&static_contact.compliance, way[0]))
             .collect();
         let rates: Vec<f64> = (self.contacts_at_rest.iter().zip(&given))
             .map(|(static_contact, given)| dot(&static_contact.along, way[1]) - given)
@@ -337,7 +337,7 @@ impl Contacts {
         let contacts_at_rest = (self.contacts_at_rest.iter().zip(&other.contacts_at_rest))
             .map(|(own, other)| StaticContact {
                 push: mixed(&own.push, &other.push),
-                yielding: mixed(&own.yielding, &other.yielding),
+                compliance: mixed(&own.compliance, &other.compliance),
                 ..own.clone()
             })
             .collect();
@@ -355,7 +355,7 @@ impl Contacts {
             .iter_mut()
             .zip(&other.contacts_at_rest)
         {
-            own.reach -= dot(&other.yielding, forces) - dot(&own.yielding, forces);
+            own.offset -= dot(&other.compliance, forces) - dot(&own.compliance, forces);
         }
         for ((own, other), force) in self
             .contacts_at_rest
@@ -397,19 +397,19 @@ impl Contacts {
     /// none, the error has the faults of the last state found.
     fn with_friction(
         &self,
-        rubbing: &Self,
+        frictional: &Self,
         from: &StaticState,
     ) -> Result<StaticState, Vec<(usize, f64)>> {
         let mut rest = from.clone();
         let mut faults = Vec::new();
         for _ in 0..MOST_RENEWALS {
-            let found = rubbing.with_closed(rest.closed, &rest.place);
-            faults = rubbing.faults(&found);
-            if faults.is_empty() && !rubbing.drifts_into_one(&found) {
+            let found = frictional.with_closed(rest.closed, &rest.place);
+            faults = frictional.faults(&found);
+            if faults.is_empty() && !frictional.drifts_into_one(&found) {
                 return Ok(found);
             }
             let forces: Vec<f64> = found.forces.iter().map(|force| force.max(0.0)).collect();
-            match self.loaded_by(rubbing, &forces).least_energy(&rest) {
+            match self.loaded_by(frictional, &forces).least_energy(&rest) {
                 Some(next) => rest = next,
                 None => break,
             }
@@ -439,7 +439,7 @@ pub(super) fn static_state(
         return Err(no_state(smooth.faults(&last), 0.0));
     };
     let differ = |(own, other): (&StaticContact, &StaticContact)| {
-        own.push != other.push || own.yielding != other.yielding
+        own.push != other.push || own.compliance != other.compliance
     };
     if !smooth
         .contacts_at_rest
@@ -476,12 +476,12 @@ mod tests {
     #[test]
     fn contacts_that_nothing_stretches_are_not_tried() {
         let static_contact = |felt: f64| StaticContact {
-            reach: -1.0,
+            offset: -1.0,
             size: 1.0,
             stiffness: 2.0,
             along: vec![felt],
             push: vec![felt],
-            yielding: vec![0.0; 21],
+            compliance: vec![0.0; 21],
         };
         let mut contacts_at_rest = vec![static_contact(0.0); 21];
         contacts_at_rest[20] = static_contact(1.0);

@@ -50,8 +50,8 @@ impl Model {
         !(release.of_friction() || release == Release::Rest)
     }
 
-    /// The direction along which a contact moves on a segment. For a constraint it is the direction of its force.
-    pub fn direction_of_motion(&self, contact: usize, segment: &Segment) -> usize {
+    /// Index of the direction along which a contact moves on a segment. For a constraint it is that of its force.
+    pub fn motion_direction_index(&self, contact: usize, segment: &Segment) -> usize {
         let constraint = self
             .constraints()
             .find(|constraint| constraint.contact == contact);

@@ -8,7 +8,7 @@ use super::{
     SAME_PHASE, Stiffness, TransmissionErrorHarmonic,
 };
 use crate::structure::{
-    ContactLaw, FrictionPart, MOST_CYCLES, SliderPart, StopPart, StructureContact,
+    ContactLaw, FrictionPart, MOST_RATIO_CYCLES, SliderPart, StopPart, StructureContact,
 };
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
@@ -181,7 +181,7 @@ pub(super) fn contact(
     )?;
     check_in_range("contact gap", law.gap, true, "finite")?;
     let accepted = "a ratio of whole numbers from 1 to 10000";
-    let inside = (1..=MOST_CYCLES).contains(&p) && (1..=MOST_CYCLES).contains(&q);
+    let inside = (1..=MOST_RATIO_CYCLES).contains(&p) && (1..=MOST_RATIO_CYCLES).contains(&q);
     check_in_range("cycles of a contact", f64::from(p), inside, accepted)?;
     let ratio = f64::from(p) / f64::from(q);
     let error: Vec<_> = (law.error.iter())
@@ -370,12 +370,17 @@ mod tests {
             stiffness: vec![(1.0, [1e8, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
             ..ContactLaw::default()
         };
-        for cycles in [[1, 1], [MOST_CYCLES, 1], [1, MOST_CYCLES]] {
+        for cycles in [[1, 1], [MOST_RATIO_CYCLES, 1], [1, MOST_RATIO_CYCLES]] {
             let model = build(cycles, law.clone()).unwrap();
             // A single level of stiffness is the same in every cycle.
             assert_eq!(model.contacts[2].cycles.len(), 1);
         }
-        for cycles in [[0, 1], [1, 0], [MOST_CYCLES + 1, 1], [1, MOST_CYCLES + 1]] {
+        for cycles in [
+            [0, 1],
+            [1, 0],
+            [MOST_RATIO_CYCLES + 1, 1],
+            [1, MOST_RATIO_CYCLES + 1],
+        ] {
             let refused = build(cycles, law.clone()).unwrap_err();
             let about = "cycles of a contact";
             assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));

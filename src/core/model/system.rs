@@ -229,7 +229,7 @@ impl Model {
     }
 
     /// Whether a contact has a negative stiffness.
-    pub fn softens(&self) -> bool {
+    pub fn has_negative_stiffness(&self) -> bool {
         let cycles = self.contacts.iter().flat_map(|contact| &contact.cycles);
         let mut segments = cycles.flat_map(|cycle| &cycle.segments);
         segments.any(|segment| segment.stiffness.mean() < 0.0)

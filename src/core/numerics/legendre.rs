@@ -21,6 +21,21 @@ pub fn evaluate(series: &[f64], x: f64) -> f64 {
     b1
 }
 
+/// Values of several series at x: `series[n]` has the coefficients of `P_n`, at most 64 of each.
+pub fn evaluate_each<const L: usize>(series: &[[f64; L]], x: f64) -> [f64; L] {
+    let factors = const { clenshaw::<64>() };
+    let mut sums = [0.0; L];
+    let (mut before, mut polynomial, mut down) = (0.0, 1.0, 0.0);
+    for (terms, [up, next_down]) in series.iter().zip(factors) {
+        for (sum, term) in sums.iter_mut().zip(terms) {
+            *sum += term * polynomial;
+        }
+        (before, polynomial) = (polynomial, up * x * polynomial - down * before);
+        down = next_down;
+    }
+    sums
+}
+
 /// Factors of Clenshaw's recurrence, `(2n+1)/(n+1)` and `(n+1)/(n+2)`: divisions would take
 /// longer than the rest.
 const fn clenshaw<const P: usize>() -> [[f64; 2]; P] {
@@ -432,6 +447,8 @@ mod tests {
         polynomials(0.37, &mut p);
         let sum: f64 = a.iter().zip(&p).map(|(a, p)| a * p).sum();
         assert!((sum - evaluate(&a, 0.37)).abs() < 1e-14);
+        let both = evaluate_each(&a.map(|a| [a, -3.0 * a]), 0.37);
+        assert!((both[0] - sum).abs() < 1e-14 && (both[1] + 3.0 * sum).abs() < 1e-14);
     }
 
     /// Sums of integers are exact for any number of terms.

@@ -181,7 +181,8 @@ pub struct EigenPair {
 }
 
 /// Largest number of steps of inverse iteration. One is enough if the shift is an eigenvalue to round-off.
-/// Otherwise each step multiplies the error by the ratio of distances.
+/// Otherwise each step multiplies the error by the ratio of the distances of the nearest and the second nearest
+/// eigenvalue from the shift.
 const MOST_INVERSE_STEPS: usize = 12;
 
 /// Residual, relative to the matrix, of a converged eigenvector.

@@ -90,11 +90,11 @@ pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Ve
 /// One application of the factors to orthonormal columns.
 struct Sweep {
     end: Mat<f64>,
-    /// `Q_0ᵀ Q_k`.
-    turned: Mat<f64>,
-    /// ln D.
+    /// `W = Q_0ᵀ Q_k`.
+    rotation: Mat<f64>,
+    /// `ln D`, column by column.
     lengths: Vec<f64>,
-    /// U.
+    /// U, unit upper triangular.
     upper: Mat<f64>,
     /// Contribution of round-off of the factors to the error of each of `lengths`.
     errors: Vec<f64>,
@@ -124,10 +124,10 @@ impl Sweep {
                 errors[i] += blur(round_off(factor, triangle[(i, i)]));
             }
         }
-        let turned = product(start.transpose(), end.as_ref());
+        let rotation = product(start.transpose(), end.as_ref());
         Some(Self {
             end,
-            turned,
+            rotation,
             lengths,
             upper,
             errors,
@@ -137,7 +137,7 @@ impl Sweep {
     /// Largest entry of W below and left of a position on the diagonal.
     fn coupling(&self, place: usize) -> f64 {
         let below = (place..self.lengths.len()).flat_map(|i| (0..place).map(move |j| (i, j)));
-        below.map(|at| self.turned[at].abs()).fold(0.0, f64::max)
+        below.map(|at| self.rotation[at].abs()).fold(0.0, f64::max)
     }
 
     /// The logarithms of all blocks, largest first, each with the contribution of round-off of the factors to its
@@ -162,7 +162,7 @@ impl Sweep {
         let scale = |i: usize| (self.lengths[i] - largest).exp();
         let block = Mat::from_fn(last - first, last - first, |i, j| {
             (first..=first + j)
-                .map(|l| self.turned[(first + i, l)] * scale(l) * self.upper[(l, first + j)])
+                .map(|l| self.rotation[(first + i, l)] * scale(l) * self.upper[(l, first + j)])
                 .sum::<f64>()
         });
         let of_factors = self.errors[first..last].iter().copied().fold(0.0, f64::max);

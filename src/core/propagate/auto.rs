@@ -122,7 +122,7 @@ impl Why {
                 most: MOST_SETS_MET,
             },
             Ok(size) => {
-                let few = size.systems <= ClosedModes::FEW;
+                let few = size.systems <= ClosedModes::MOST_PRECOMPUTED;
                 let most = if few { MOST_MODES } else { MOST_MODES_MET };
                 if modes <= most {
                     Self::of_tables(modes, size)
@@ -137,7 +137,7 @@ impl Why {
     /// on demand.
     pub fn of_tables(modes: usize, size: TableSize) -> Self {
         let sets = size.systems;
-        if sets <= ClosedModes::FEW {
+        if sets <= ClosedModes::MOST_PRECOMPUTED {
             Self::Small { modes, size }
         } else {
             Self::Met { modes, sets }

@@ -86,7 +86,9 @@ impl KernelChoice {
             Self::Stepping { .. } if !model.frictions.is_empty() => {
                 return Err(TableError::DryFriction.into());
             }
-            Self::Stepping { .. } if model.softens() => return Err(TableError::Softening.into()),
+            Self::Stepping { .. } if model.has_negative_stiffness() => {
+                return Err(TableError::Softening.into());
+            }
             Self::Stepping { .. } if model.film_layers > 0 => return Err(TableError::Film.into()),
             Self::Stepping { steps } => user.with(&Stepping::new(model, steps, event_limit)),
         })

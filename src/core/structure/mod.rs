@@ -15,8 +15,8 @@ pub use friction_part::FrictionPart;
 pub use mesh_harmonic::MeshHarmonic;
 pub use modal::{
     BearingGain, ContactLaw, Coupling, FlankParticipation, HarmonicLoad, MOST_BASE_CYCLES,
-    MOST_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact, TorqueGain,
-    TurningFrame,
+    MOST_RATIO_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact,
+    TorqueGain, TurningFrame,
 };
 pub use slider_part::SliderPart;
 pub use static_share::OmittedModeForces;

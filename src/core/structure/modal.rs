@@ -2,9 +2,8 @@
 
 use crate::structure::{FrictionPart, MeshHarmonic, OmittedModeForces, SliderPart, StopPart};
 
-/// Largest number of cycles of a contact, and of the mesh, in its base period: tables of a varying contact grow with
-/// it.
-pub const MOST_CYCLES: u32 = 10_000;
+/// Largest p and largest q of a contact that has p cycles in q cycles of the first mesh: its tables grow with them.
+pub const MOST_RATIO_CYCLES: u32 = 10_000;
 
 /// Largest number of mesh cycles after which all contacts repeat: tables take some megabytes per hundred cycles.
 pub const MOST_BASE_CYCLES: usize = 10_000;

@@ -12,7 +12,7 @@
 use super::compliance::GearBodies;
 use super::drawing_checks::{bores, check_points, check_values};
 use super::pair::NO_BACKLASH;
-use super::tip_contact::{TipContact, TipGap};
+use super::tip_contact::TipContact;
 use super::{FaceCoupling, GearError, GearPair, InternalPair, Tooth, Undercut};
 use std::sync::Arc;
 
@@ -90,8 +90,8 @@ pub struct Flanks {
     /// tan α_w.
     tangent: f64,
     reach: [f64; 2],
-    /// Gaps of the tip edges of pinion and wheel on their mates' flanks.
-    tip_gaps: [TipGap; 2],
+    /// Tip edges of pinion and wheel on their mates' flanks.
+    tips: [TipContact; 2],
     pub(super) bodies: GearBodies,
     /// For helical gears the spur pair of their normal section, whose teeth have the same compliance;
     /// `None` for spur gears.
@@ -197,7 +197,7 @@ impl Flanks {
             path,
             tangent,
             reach,
-            tip_gaps: [TipGap::new(tips[0], after), TipGap::new(tips[1], before)],
+            tips,
             bodies: GearBodies::default(),
             normal_section: None,
             face_coupling: None,
@@ -252,7 +252,6 @@ impl Flanks {
             pitch_point: self.path.pitch_point / cos,
         };
         let reach = self.reach.map(|end| end / cos);
-        let [pinion, wheel] = tips(&teeth, centre_distance, pressure_angle);
         Ok(Self {
             pressure_angle,
             base_helix_angle: 0.0,
@@ -266,10 +265,7 @@ impl Flanks {
             path,
             tangent: pressure_angle.tan(),
             reach,
-            tip_gaps: [
-                TipGap::new(pinion, reach[1] - path.end),
-                TipGap::new(wheel, path.start - reach[0]),
-            ],
+            tips: tips(&teeth, centre_distance, pressure_angle),
             bodies: GearBodies::default(),
             normal_section: None,
             face_coupling: None,
@@ -291,11 +287,11 @@ impl Flanks {
 
     /// Gap of a pair off the path of contact \[m\], between a tip edge and its mate's flank; 0 on the path.
     pub fn tip_gap(&self, s: f64) -> f64 {
-        let [pinion, wheel] = &self.tip_gaps;
+        let [pinion, wheel] = &self.tips;
         let gap = if s > self.path.end {
-            pinion.at(s - self.path.end)
+            pinion.gap(s - self.path.end)
         } else if s < self.path.start {
-            wheel.at(self.path.start - s)
+            wheel.gap(self.path.start - s)
         } else {
             return 0.0;
         };

@@ -126,7 +126,7 @@ impl MeshSprings {
                 .map_err(sharing)?
                 .springs()
                 .collect();
-            let positions: Vec<f64> = pairs.iter().map(|p| p.position - pitch_point).collect();
+            let positions: Vec<f64> = pairs.iter().map(|p| p.position() - pitch_point).collect();
             let friction = (springs.iter())
                 .map(|spring| friction_direction(&positions, &spring.share))
                 .map(|friction| [friction.direction, friction.lever])

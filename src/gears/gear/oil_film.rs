@@ -32,7 +32,7 @@ impl OilFilm {
         let [pinion, wheel] = pair.operating_pitch_radii()?;
         let cos = pair.base_helix_angle().cos();
         let radius = (pinion * wheel * sine / (pinion + wheel)).abs() / cos;
-        let squeezed = Film::squeezed(self.viscosity, radius, pair.face_width / cos);
+        let squeezed = Film::squeeze_coefficient(self.viscosity, radius, pair.face_width / cos);
         Ok(Film {
             coefficient: squeezed * cos.sqrt(),
             thickness: self.thickness.map(|h| h / cos),
@@ -84,7 +84,7 @@ mod tests {
             .map(|r| r * angle.sin());
         let radius = radii[0] * radii[1] / (radii[0] + radii[1]) / cos;
         let normal = Film {
-            coefficient: Film::squeezed(OIL.viscosity, radius, pair.face_width / cos),
+            coefficient: Film::squeeze_coefficient(OIL.viscosity, radius, pair.face_width / cos),
             ..film
         };
         // A distance x along the line of action is a thickness x cos β_b.

@@ -24,6 +24,7 @@ mod coupled;
 mod error;
 mod helical;
 mod kinks;
+mod pair_series;
 mod pairs;
 mod profile;
 mod ramp;
@@ -35,7 +36,9 @@ pub use pairs::{ContactPair, Face, pairs_at};
 
 pub(super) use coupled::ContactRegion;
 use coupled::{ContactSolution, Coupled, PairLoad};
+pub(super) use pair_series::PairSeries;
 use pairs::FaceSlice;
+pub(super) use pairs::PairPoint;
 use ramp::ContactRamp;
 
 /// How the mesh carries a load.
@@ -352,7 +355,7 @@ fn check(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<(), Sha
         return Err(SharingError::OutOfRange {
             name: "misalignment [rad]",
             value: misalignment,
-            position: pairs[0].position,
+            position: pairs[0].position(),
             accepted: "finite",
         });
     }

@@ -23,7 +23,7 @@
 //!
 //! from the end of the path on, where γ' is −α_w.
 
-use crate::numerics::legendre::{evaluate, transforms8, transforms24};
+use crate::numerics::legendre::transforms8;
 
 /// A tip edge and the flank on which it slides beyond the end of the path of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,74 +85,6 @@ impl TipContact {
             if inside(middle) { low = middle } else { high = middle }
         }
         low
-    }
-}
-
-/// Largest of the last terms of a converged series, relative to its largest term.
-const CONVERGED: f64 = 1e-14;
-
-/// Largest number of times that a part of the distance behind the path is halved.
-const MOST_HALVES: u32 = 12;
-
-/// The gap of a tip edge as series over the distance behind the path: a table of helical gears takes the gap millions of
-/// times.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct TipGap {
-    tip: TipContact,
-    /// Parts of the distance, in order from 0.
-    parts: Vec<GapSeries>,
-}
-
-/// The gap on a part of the distance behind the path.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct GapSeries {
-    /// The part \[m\].
-    ends: [f64; 2],
-    series: [f64; 24],
-}
-
-impl TipGap {
-    pub fn new(tip: TipContact, furthest: f64) -> Self {
-        let mut gap = Self {
-            tip,
-            parts: Vec::new(),
-        };
-        gap.add([0.0, furthest], 0);
-        gap
-    }
-
-    /// Adds series up to the end of a part, or up to the first place where none converges: near the mate's base circle the
-    /// gap has a root.
-    fn add(&mut self, ends: [f64; 2], halves: u32) -> bool {
-        let [from, to] = ends;
-        let transforms = transforms24();
-        let gap = |x: &f64| {
-            let beyond = from + 0.5 * (to - from) * (x + 1.0);
-            self.tip.gap(beyond).unwrap_or(f64::NAN)
-        };
-        let series = transforms.interpolate(&transforms.nodes().each_ref().map(gap));
-        let largest = (series.iter()).fold(0.0_f64, |most, term| most.max(term.abs()));
-        // The comparison also rejects NaN.
-        let converged = (series[20..].iter()).all(|term| term.abs() <= CONVERGED * largest);
-        if converged {
-            self.parts.push(GapSeries { ends, series });
-            return true;
-        }
-        let middle = 0.5 * (from + to);
-        halves < MOST_HALVES
-            && self.add([from, middle], halves + 1)
-            && self.add([middle, to], halves + 1)
-    }
-
-    /// As [`TipContact::gap`].
-    pub fn at(&self, beyond: f64) -> Option<f64> {
-        match self.parts.iter().find(|part| beyond < part.ends[1]) {
-            Some(GapSeries {
-                ends: [from, to],
-                series,
-            }) => Some(evaluate(series, 2.0 * (beyond - from) / (to - from) - 1.0).max(0.0)),
-            None => self.tip.gap(beyond),
-        }
     }
 }
 
@@ -227,25 +159,6 @@ mod tests {
                     (gap / nearest - 1.0).abs() < 0.02,
                     "{part}: {gap} {nearest}"
                 );
-            }
-        }
-    }
-
-    #[test]
-    fn the_series_is_the_gap() {
-        for tip in
-            (tips([20, 30], [0.0; 2], None).into_iter()).chain(tips([20, 70], [0.0; 2], Some(0.33)))
-        {
-            let furthest = tip.reach(50e-6, 5e-3);
-            let series = TipGap::new(tip, furthest);
-            for step in 0..=60 {
-                let beyond = furthest * f64::from(step) / 50.0;
-                match (series.at(beyond), tip.gap(beyond)) {
-                    (Some(found), Some(exact)) => {
-                        assert!((found - exact).abs() < 1e-17, "{step}: {found:e} {exact:e}")
-                    }
-                    (found, exact) => assert_eq!(found, exact, "{step}"),
-                }
             }
         }
     }

@@ -93,9 +93,9 @@ pub struct ProfilePoint {
     pub x: f64,
     /// Height above the gear's axis \[m\].
     pub y: f64,
-    /// dx by the parameter \[m/rad\].
+    /// dx/dt, t the parameter of the curve \[m/rad\].
     pub dx: f64,
-    /// dy by the parameter \[m/rad\].
+    /// dy/dt \[m/rad\].
     pub dy: f64,
 }
 

@@ -52,9 +52,9 @@ impl GearBody {
                 Err(ShaftError::BodyParts {
                     gear: index + 1,
                     inside,
-                    inner,
+                    inner_diameter: inner,
                     outside,
-                    outer,
+                    outer_diameter: outer,
                 })
             }
         };

@@ -164,8 +164,8 @@ pub enum ShaftError {
     MassNotPositiveDefinite,
     /// The diameters of the parts of a gear body do not increase outwards.
     #[error(
-        "gear {gear}: the diameter of {outside} is {outer} m, but must be greater than the diameter of {inside}, \
-         {inner} m; correct gear.hub_diameter or gear.rim_diameter"
+        "gear {gear}: the diameter of {outside} is {outer_diameter} m, but must be greater than the diameter of \
+         {inside}, {inner_diameter} m; correct gear.hub_diameter or gear.rim_diameter"
     )]
     BodyParts {
         /// 1 = pinion, 2 = wheel.
@@ -173,11 +173,11 @@ pub enum ShaftError {
         /// The inner part.
         inside: &'static str,
         /// Its diameter \[m\].
-        inner: f64,
+        inner_diameter: f64,
         /// The part that must be outside of it.
         outside: &'static str,
         /// Its diameter \[m\].
-        outer: f64,
+        outer_diameter: f64,
     },
     /// A hub reaches beyond the bearings of its shaft.
     #[error(

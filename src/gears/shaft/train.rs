@@ -278,8 +278,7 @@ impl TrainDrive {
             .chain(of_planets)
     }
 
-    /// A pair with the bores that the drawing does not state set to the diameters of its shafts, if
-    /// these have sections.
+    /// The pair. Bores missing from the drawing are the diameters of its shafts, if the shafts have sections.
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
         let mut pair = pair.clone();
         for (bore, place) in pair.form.bore.iter_mut().zip(gears) {

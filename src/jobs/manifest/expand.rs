@@ -31,7 +31,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 const MAX_FAULTY: usize = 1000;
 
 /// Message about inconsistent values if no section gives a reason.
-const NO_DRIVE: &str = "the values do not fit together";
+const INCONSISTENT: &str = "the values do not fit together, and no section gives the reason: this is \
+    an error of atlas, please report it with the manifest";
 
 /// Number of occurrences of a fault.
 #[derive(Debug)]
@@ -42,13 +43,13 @@ struct Occurrence {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 
-/// The key that thins the teeth of a drawing where it varies.
+/// Key that, where it varies, changes the teeth of a drawing: thinner teeth give the half gap.
 const HALF_GAP: &str = "mesh.half_gap";
 
 /// Largest number of nodes of the tree that are resolved over all judged combinations: about a tenth of a second.
 const MOST_NODES: usize = 500_000;
 
-/// Limits of the number of judged combinations of a larger grid; a larger text has fewer.
+/// Smallest and largest number of combinations that are judged if not all are; long manifests get fewer.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
 /// Number of resolved combinations that are kept beside the judged ones: some megabytes.
@@ -121,7 +122,7 @@ pub(super) fn expand(
         checked += 1;
         if resolved.is_none() && issues.count() == 0 {
             // A combination that cannot be resolved is an error, even if no section gives a reason.
-            Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", NO_DRIVE)
+            Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", INCONSISTENT)
                 .label("these values")
                 .report(issues);
         }
@@ -416,7 +417,7 @@ impl PointResolver {
                 Ok(resolved)
             }
             (_, Some(fault)) => Err(fault.message.clone()),
-            (None, None) => Err(NO_DRIVE.to_owned()),
+            (None, None) => Err(INCONSISTENT.to_owned()),
         }
     }
 }

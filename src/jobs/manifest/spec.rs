@@ -164,7 +164,7 @@ impl ModelSpec {
         match &self.source {
             StructureSource::Rigid(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
             StructureSource::Flexible(drive) => dragged(drive.shafts.each_ref().map(|s| s.drag)),
-            // Another function reports why a train has no layout.
+            // [`TrainDrive::check`] reports why a train has no layout.
             StructureSource::Train(train) => train.dragged_rotations().unwrap_or(0),
             StructureSource::Modal(structure) => structure.restrained_neutral_count(),
         }

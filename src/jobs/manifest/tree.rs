@@ -139,12 +139,13 @@ impl Node {
 
     /// Puts `node` at a path of keys and array indices, creating tables on the way.
     ///
-    /// Returns the end of the path if it names a missing element.
+    /// # Errors
+    /// [`MissingElement`] if the path names an element of a list that does not exist.
     pub fn put(&mut self, path: &[&str], node: Node) -> Result<(), MissingElement> {
         let is_index = |part: &str| part.parse::<usize>().is_ok();
         let mut place = self;
         for (depth, part) in path.iter().enumerate() {
-            let ends = |why: String, parts: usize| MissingElement {
+            let missing_element = |why: String, parts: usize| MissingElement {
                 why,
                 holder: path[..parts].join("."),
                 near: None,
@@ -154,17 +155,17 @@ impl Node {
                 Value::Array(items) => {
                     let length = items.len();
                     let item = part.parse::<usize>().ok().and_then(|i| items.get_mut(i));
-                    item.ok_or_else(|| ends(format!("has {}", entries(length)), depth))?
+                    item.ok_or_else(|| missing_element(format!("has {}", entries(length)), depth))?
                 }
                 Value::Table(entries) => {
                     let index = entries.iter().position(|entry| entry.key == *part);
                     if index.is_none() && depth > 0 && is_index(part) {
-                        return Err(ends(format!("is {kind}"), depth));
+                        return Err(missing_element(format!("is {kind}"), depth));
                     }
                     // Do not create a table in place of a list.
                     let below = path.get(depth + 1);
                     if index.is_none() && below.is_some_and(|below| is_index(below)) {
-                        return Err(ends("is not given".to_owned(), depth + 1));
+                        return Err(missing_element("is not given".to_owned(), depth + 1));
                     }
                     let index = index.unwrap_or_else(|| {
                         entries.push(Entry {
@@ -179,7 +180,7 @@ impl Node {
                     });
                     &mut entries[index].node
                 }
-                _ => return Err(ends(format!("is {kind}"), depth)),
+                _ => return Err(missing_element(format!("is {kind}"), depth)),
             };
         }
         *place = node;
@@ -187,7 +188,7 @@ impl Node {
     }
 }
 
-/// The end of a path that names a missing element.
+/// Where a path leaves the tree: it names an element that does not exist.
 #[derive(Debug)]
 pub(super) struct MissingElement {
     /// The path up to the node without such an element.

@@ -27,7 +27,9 @@ fn check_table(issues: &Issues, node: &Node, path: &str, schema: Schema) {
         match known.map(|key| key.kind) {
             None if path == "grid" => {}
             None => issues.push_with(|| unknown(entry, path, &child, schema)),
-            Some(Kind::Table | Kind::Initial) => check_table(issues, &entry.node, &child, schema),
+            Some(Kind::Table | Kind::InitialState) => {
+                check_table(issues, &entry.node, &child, schema)
+            }
             Some(Kind::List(_)) => check_list(issues, &entry.node, &child, schema),
             Some(_) => {}
         }

@@ -3,7 +3,6 @@
 //! No column follows an attractor from point to point. Its branch depends on the neighbouring points, which a shard
 //! does not have. `report::branches` finds the branches from the whole table.
 
-use super::file::Row;
 use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::AttractorOutcome;
@@ -33,12 +32,6 @@ impl AttractorRow {
     /// One coordinate of its strobe states on the slice; `None` without a slice.
     fn place(&self, axis: usize) -> Option<&[f64]> {
         self.attractor.cells.map(|_| &*self.places[axis])
-    }
-}
-
-impl Row for AttractorRow {
-    fn list_bytes(&self) -> usize {
-        size_of::<f64>() * (self.places[0].len() + self.places[1].len())
     }
 }
 

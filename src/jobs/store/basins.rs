@@ -1,11 +1,8 @@
 //! The columns of `basins.parquet`.
 
-use super::file::Row;
 use super::point_row::{PointRow, ResultOfPoint};
 use super::table::{Table, columns};
 use crate::analysis::{CellOutcome, Class};
-
-impl Row for ResultOfPoint<CellOutcome> {}
 
 /// Takes the rows of a point.
 pub(super) fn cell_rows(point: &mut PointRow) -> Vec<ResultOfPoint<CellOutcome>> {

@@ -2,7 +2,6 @@
 //! changes of motion between neighbours in `transitions.parquet`.
 
 use super::chain_part::Transition;
-use super::file::Row;
 use super::point_row::{AxisColumn, PointRow};
 use super::table::{Column, Table, columns};
 
@@ -30,12 +29,6 @@ pub struct TransitionRow {
     pub upwards: bool,
     /// The change.
     pub transition: Transition,
-}
-
-impl Row for TransitionRow {
-    fn list_bytes(&self) -> usize {
-        self.axis.len()
-    }
 }
 
 /// The row of a point, if the motion changes at it.

@@ -3,7 +3,6 @@
 use super::StoreError;
 use super::chains::direction_columns;
 use super::covariant::covariant_columns;
-use super::file::Row;
 use super::horizon::horizon_columns;
 use super::layout::ResultLayout;
 use super::mesh_columns::mesh_columns;
@@ -32,10 +31,6 @@ pub struct SpectrumRow {
     /// The line.
     pub line: SpectrumLine,
 }
-
-impl Row for ResultOfPoint<PoincareSample> {}
-
-impl Row for SpectrumRow {}
 
 /// Takes the samples of a point.
 pub(super) fn poincare_rows(point: &mut PointRow) -> Vec<ResultOfPoint<PoincareSample>> {
@@ -155,11 +150,11 @@ fn motion_columns() -> Vec<Column<PointRow>> {
             "Kaplan–Yorke dimension of the states once per mesh cycle; null if the computed exponents do not determine it";
         f64 "kaplan_yorke_stderr", "1", row.lyapunov()?.dimension?.stderr,
             "Standard error of kaplan_yorke, from block averages";
-        list "course_cycles", "mesh cycles", &*row.lyapunov()?.course.as_ref()?.cycles,
+        list "course_cycles", "mesh cycles", &*row.lyapunov()?.convergence.as_ref()?.cycles,
             "Mesh cycles measured at each entry of course_exponents";
-        list "course_exponents", "1/cycle", &*row.lyapunov()?.course.as_ref()?.exponents,
+        list "course_exponents", "1/cycle", &*row.lyapunov()?.convergence.as_ref()?.exponents,
             "Running mean of the largest exponent at all entries, then of the next exponent, and so on";
-        list "course_stderr", "1/cycle", &*row.lyapunov()?.course.as_ref()?.errors,
+        list "course_stderr", "1/cycle", &*row.lyapunov()?.convergence.as_ref()?.errors,
             "Standard errors of course_exponents";
         u32 "trajectories", "1", row.outcome.evidence.as_ref()?.trajectories,
             "Number of trajectories measured for a motion that does not settle; null if it settles";

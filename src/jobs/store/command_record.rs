@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic_file::write_atomically;
 use super::checksum::{TableRecord, sealed};
-use super::file::{Row, UnfinishedTable, create_folder, remove_stale};
+use super::file::{UnfinishedTable, create_folder, remove_stale};
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{ProgramRecord, StoreError};
@@ -80,7 +80,7 @@ impl<'a> CommandTables<'a> {
         })
     }
 
-    pub(super) fn write<R: Row>(
+    pub(super) fn write<R>(
         &mut self,
         kind: TableKind,
         table: Table<R>,

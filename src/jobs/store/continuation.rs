@@ -4,7 +4,7 @@
 use super::StoreError;
 use super::checksum::TableRecord;
 use super::command_record::{CommandTables, remove};
-use super::file::{Row, table_path};
+use super::file::table_path;
 use super::point_row::AxisColumn;
 use super::table::{Column, Table, columns};
 use super::table_kind::{FOLLOW_RECORD, TableKind};
@@ -71,10 +71,6 @@ impl OrbitColumns {
             start: orbit.details.start.clone(),
         }
     }
-
-    fn list_bytes(&self) -> usize {
-        size_of::<f64>() * self.start.iter().map(Vec::len).sum::<usize>()
-    }
 }
 
 /// A bifurcation of a branch, or one of its ends.
@@ -113,24 +109,6 @@ pub struct CurveRow {
     pub note: Option<String>,
     /// Columns of the orbit; `None` for an onset in closed form.
     pub orbit: Option<OrbitColumns>,
-}
-
-impl Row for BranchRow {
-    fn list_bytes(&self) -> usize {
-        self.orbit.list_bytes()
-    }
-}
-
-impl Row for BifurcationRow {
-    fn list_bytes(&self) -> usize {
-        self.orbit.list_bytes()
-    }
-}
-
-impl Row for CurveRow {
-    fn list_bytes(&self) -> usize {
-        self.orbit.as_ref().map_or(0, OrbitColumns::list_bytes)
-    }
 }
 
 /// The rows of a branch.

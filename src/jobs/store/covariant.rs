@@ -2,7 +2,7 @@
 
 use super::PointRow;
 use super::table::{Column, columns};
-use crate::analysis::{AngleOutcome, CovariantOutcome};
+use crate::analysis::AngleOutcome;
 
 impl PointRow {
     fn angle(&self) -> Option<&AngleOutcome> {
@@ -31,10 +31,4 @@ pub(super) fn covariant_columns() -> Vec<Column<PointRow>> {
         list "angle_quantiles", "rad", &*row.angle()?.quantiles,
             "1, 10, 50, 90 and 99 % quantiles of that angle";
     ]
-}
-
-/// Number of entries in the lists of a row.
-pub(super) fn list_length(outcome: &CovariantOutcome) -> usize {
-    let quantiles = outcome.angle.as_ref().map_or(0, |a| a.quantiles.len());
-    3 * outcome.exponents.len() + quantiles
 }

@@ -31,7 +31,7 @@ pub(super) const FORMAT: &str = "atlas-results-1";
 pub const GROUP_ROWS: usize = 16_384;
 /// Rows that are encoded together: encoded rows take less memory.
 const PIECE_ROWS: usize = 1024;
-/// List data of a row group \[bytes\], for long rows.
+/// Size of a row group \[bytes\], for long rows.
 pub const GROUP_BYTES: usize = 16 << 20;
 
 /// Suffix of an unfinished file.
@@ -67,14 +67,6 @@ pub fn table_path(folder: &Path, kind: TableKind, shard: Option<Shard>) -> PathB
     match shard {
         None => table,
         Some(shard) => table.join(format!("{}.parquet", shard.stem())),
-    }
-}
-
-/// A row with the size of its list data.
-pub(super) trait Row {
-    /// Bytes beyond the fixed columns.
-    fn list_bytes(&self) -> usize {
-        0
     }
 }
 
@@ -124,13 +116,13 @@ pub(super) struct TableWriter<R, W: Write + Send> {
     buffer: Vec<R>,
     /// Rows of the unfinished group.
     group_rows: usize,
-    /// Bytes in the list columns of the unfinished row group.
+    /// Bytes of these rows.
     group_bytes: usize,
     rows: u64,
     largest_buffer: usize,
 }
 
-impl<R: Row, W: Write + Send> TableWriter<R, W> {
+impl<R, W: Write + Send> TableWriter<R, W> {
     /// Starts a file. Errors name `path`. `metadata` is stored beside units and descriptions.
     pub(super) fn new(
         sink: W,
@@ -171,7 +163,7 @@ impl<R: Row, W: Write + Send> TableWriter<R, W> {
 
     /// Adds a row; writes a row group if it is full.
     pub(super) fn push(&mut self, row: R) -> Result<(), StoreError> {
-        self.group_bytes += row.list_bytes();
+        self.group_bytes += self.table.row_bytes(&row);
         self.group_rows += 1;
         self.buffer.push(row);
         self.rows += 1;
@@ -221,7 +213,7 @@ pub(super) struct UnfinishedTable<R> {
     temporary: TempPath,
 }
 
-impl<R: Row> UnfinishedTable<R> {
+impl<R> UnfinishedTable<R> {
     /// Starts the table's file in a results folder that exists.
     pub(super) fn create(
         folder: &Path,

@@ -1,12 +1,9 @@
 //! The columns of `horizon.parquet`, and the columns of predictability in `points.parquet`.
 
 use super::PointRow;
-use super::file::Row;
 use super::point_row::ResultOfPoint;
 use super::table::{Column, Table, columns};
 use crate::analysis::HorizonMeasure;
-
-impl Row for ResultOfPoint<HorizonMeasure> {}
 
 /// Takes the rows of a point.
 pub(super) fn horizon_rows(point: &mut PointRow) -> Vec<ResultOfPoint<HorizonMeasure>> {

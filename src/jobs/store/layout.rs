@@ -19,7 +19,7 @@ pub struct ResultLayout {
     /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
     pub swept: Option<AxisColumn>,
     /// The axes of the slices in `basins.parquet`; `None` if it is not written.
-    pub basins: Option<[AxisColumn; 2]>,
+    pub basin_axes: Option<[AxisColumn; 2]>,
     /// How the grid is refined; `None` for a full grid.
     pub refined: Option<RefinedColumns>,
     /// How values of axes were drawn; `None` without distributions.

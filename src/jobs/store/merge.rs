@@ -152,7 +152,7 @@ impl Part {
 /// or written.
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
     let parts = parts(folders)?;
-    vacant(out)?;
+    prepare_output(out)?;
     let joined: Vec<ClosedTable> = (tables(&parts, out)?.into_iter())
         .map(Interleaved::close)
         .collect::<Result<_, _>>()?;
@@ -264,7 +264,7 @@ fn check_same_job(first: &Part, other: &Part) -> Result<(), MergeError> {
 
 /// Refuses a folder that contains anything except remains of a killed merge, so that no other result and no input can
 /// be overwritten.
-fn vacant(out: &Path) -> Result<(), MergeError> {
+fn prepare_output(out: &Path) -> Result<(), MergeError> {
     match fs::read_dir(out) {
         Ok(_) => {}
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(create_folder(out)?),

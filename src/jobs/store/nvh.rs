@@ -153,7 +153,7 @@ pub(super) fn nvh_columns() -> Vec<Column<PointRow>> {
         f64 "power_in_stiffness", "W", found.power?.stiffness,
             "Mean power into the vibration from varying stiffness of contacts";
         f64 "power_out_contact", "W", found.power?.contact,
-            "Mean power out of the vibration by the dampers of all contacts, by dry sliders, and by springs that open while compressed";
+            "Mean power out of the vibration by the dampers of all contacts, by dry sliders, by springs that open while compressed, and by impacts on rigid stops";
         f64 "power_out_structure", "W", found.power?.structure,
             "Mean power out of the vibration by damping of the structure: modal damping, dampers and drag, \
              minus the power that cross-coupled springs feed in";

@@ -1,6 +1,5 @@
 //! The columns of `orbits.parquet`.
 
-use super::file::Row;
 use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::{Bifurcation, MissedState, OrbitOutcome};
@@ -54,20 +53,6 @@ impl OrbitRow {
         match &self.search {
             Ok(orbit) => orbit.period,
             Err(missed) => missed.period,
-        }
-    }
-}
-
-impl Row for OrbitRow {
-    fn list_bytes(&self) -> usize {
-        match &self.search {
-            Ok(orbit) => {
-                let values = 2 * orbit.multipliers.len()
-                    + 2 * orbit.start[0].len()
-                    + 2 * orbit.kick.distance.len();
-                size_of::<f64>() * values
-            }
-            Err(missed) => missed.reason.len(),
         }
     }
 }

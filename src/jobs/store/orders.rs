@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::file::Row;
 use super::point_row::PointRow;
 use super::table::{Table, columns};
 use crate::analysis::OrderLine;
@@ -19,8 +18,6 @@ pub struct OrderRow {
     /// The signal at one order.
     pub line: OrderLine,
 }
-
-impl Row for OrderRow {}
 
 /// Takes the rows of a point.
 pub(super) fn order_rows(point: &mut PointRow) -> Vec<OrderRow> {

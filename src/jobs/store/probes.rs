@@ -1,15 +1,8 @@
 //! The columns of `probes.parquet`.
 
-use super::file::Row;
 use super::point_row::{PointRow, ResultOfPoint};
 use super::table::{Table, columns};
 use crate::analysis::{Class, ProbeOutcome};
-
-impl Row for ResultOfPoint<ProbeOutcome> {
-    fn list_bytes(&self) -> usize {
-        self.result.reason.len()
-    }
-}
 
 /// Takes the rows of a point.
 pub(super) fn probe_rows(point: &mut PointRow) -> Vec<ResultOfPoint<ProbeOutcome>> {

@@ -61,7 +61,7 @@ pub struct Exchange<'a> {
     pub shard: Option<Shard>,
     /// Tables of the results that change.
     pub tables: &'a [TableRecord],
-    /// The points.
+    /// Ids of the points that are replaced.
     pub points: &'a BTreeSet<u64>,
     /// The results of an undivided run over these points.
     pub new_folder: &'a Path,
@@ -69,8 +69,8 @@ pub struct Exchange<'a> {
     pub added: &'a [TableRecord],
 }
 
-/// Replaces points and returns the new tables. Calls `announce` with them before the first file changes: a killed
-/// command leaves a mixture of old and new tables.
+/// Replaces points and returns the new tables. Calls `announce` with them before the first file changes, so that after
+/// a kill the mixture of old and new tables can be recognised.
 ///
 /// # Errors
 /// A file cannot be read or written, the columns of the tables have changed, or an error of `announce`.

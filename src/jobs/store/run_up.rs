@@ -6,7 +6,6 @@ use std::sync::Arc;
 
 use super::StoreError;
 use super::command_record::CommandTables;
-use super::file::Row;
 use super::orders::{AMPLITUDE_UNITS, SIGNALS};
 use super::table::{Table, columns};
 use super::table_kind::{RUNUP_RECORD, TableKind};
@@ -26,30 +25,12 @@ pub struct InstantRow {
     values: Vec<f64>,
 }
 
-impl Row for InstantRow {
-    fn list_bytes(&self) -> usize {
-        size_of_val(&self.values[..])
-    }
-}
-
 /// A row about one signal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SignalRow<T> {
     signal: Named,
     value: T,
 }
-
-impl Row for SignalRow<OrderPoint> {}
-
-impl Row for SignalRow<Level> {}
-
-impl Row for SignalRow<SpectrumRow> {
-    fn list_bytes(&self) -> usize {
-        size_of_val(&self.value.amplitudes[..])
-    }
-}
-
-impl Row for MovingEvent {}
 
 const TIME: &str = "Time since the start of the run-up";
 const SPEED: &str = "Mean speed of the pinion";

@@ -190,6 +190,16 @@ impl<R> Table<R> {
             .collect()
     }
 
+    /// Bytes of a row's numbers, texts and lists.
+    pub(super) fn row_bytes(&self, row: &R) -> usize {
+        let bytes = |column: &Column<R>| match &column.value {
+            Value::Text(get) => get(row).map_or(0, str::len),
+            Value::List(get) => get(row).map_or(0, size_of_val),
+            _ => size_of::<f64>(),
+        };
+        self.columns.iter().map(bytes).sum()
+    }
+
     /// The rows as columns.
     pub(super) fn batch(&self, rows: &[R]) -> Result<RecordBatch, ArrowError> {
         let arrays = self

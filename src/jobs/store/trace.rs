@@ -8,22 +8,12 @@ use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
 use super::command_record::{TablesRecord, remove};
-use super::file::{Row, UnfinishedTable, create_folder, remove_stale};
+use super::file::{UnfinishedTable, create_folder, remove_stale};
 use super::table::{Table, columns};
 use super::table_kind::{TRACE_RECORD, TableKind};
 use crate::analysis::{TraceSample, TraceSink};
 use crate::model::{COAST_FLANK, DRIVE_FLANK};
 use crate::propagate::Event;
-
-impl Row for TraceSample {
-    fn list_bytes(&self) -> usize {
-        let modal = self
-            .modal
-            .as_ref()
-            .map_or(0, |modal| modal.displacement.len() + modal.velocity.len());
-        size_of::<f64>() * (modal + self.outputs.len())
-    }
-}
 
 /// A row of `events.parquet`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,8 +22,6 @@ pub struct EventRow {
     /// Mesh period \[s\].
     period: f64,
 }
-
-impl Row for EventRow {}
 
 impl EventRow {
     fn phase(&self) -> f64 {

@@ -12,10 +12,7 @@ use super::basins::{basins_table, cell_rows};
 use super::chains::{transition_rows, transitions_table};
 use super::checksum::TableRecord;
 use super::columns::{poincare_rows, poincare_table, points_table, spectra_table, spectrum_rows};
-use super::covariant::list_length;
-use super::file::{
-    ClosedTable, Row, Shard, UnfinishedTable, create_folder, remove_stale, table_path,
-};
+use super::file::{ClosedTable, Shard, UnfinishedTable, create_folder, remove_stale, table_path};
 use super::horizon::{horizon_rows, horizon_table};
 use super::layout::ResultLayout;
 use super::orbits::{orbit_rows, orbits_table};
@@ -26,43 +23,6 @@ use super::run::run_path;
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{PointRow, StoreError};
-
-impl Row for PointRow {
-    fn list_bytes(&self) -> usize {
-        let exponents = self.outcome.lyapunov.as_ref().map_or(0, |found| {
-            let course = found.course.as_ref();
-            let course = course.map_or(0, |c| c.cycles.len() + 2 * c.exponents.len());
-            found.exponents.len() + found.errors.len() + course
-        });
-        let covariant = self.covariant.as_ref().map_or(0, list_length);
-        let nvh = self.outcome.nvh.as_ref().map_or(0, |nvh| {
-            let found = &nvh.values;
-            // Each of these lists has a list of standard errors.
-            let lists = [
-                &found.harmonics,
-                &found.suborders,
-                &found.deflection_peak_quantiles,
-                &found.force_peak_quantiles,
-                &found.contact_force,
-                &found.contact_fraction,
-                &found.contact_impact_rate,
-                &found.contact_rattle_index,
-                &found.contact_loss,
-                &found.impact_velocity_quantiles,
-                &found.bearing_mean,
-                &found.bearing_rms,
-                &found.torque_mean,
-                &found.torque_rms,
-                &found.acceleration_rms,
-                &found.angular_acceleration_rms,
-                &found.mesh_deflection_rms,
-                &found.mesh_force_rms,
-            ];
-            2 * lists.iter().map(|list| list.len()).sum::<usize>()
-        });
-        size_of::<f64>() * (exponents + covariant + nvh) + self.outcome.reason.len()
-    }
-}
 
 /// The output of a finished [`ResultWriter`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -121,7 +81,7 @@ struct RowsOfPoint<R, F> {
 
 impl<R, F> PointTable for RowsOfPoint<R, F>
 where
-    R: Row + Send,
+    R: Send,
     F: Fn(&mut PointRow) -> Vec<R> + Send,
 {
     fn take(&mut self, point: &mut PointRow) -> Result<(), StoreError> {
@@ -158,7 +118,7 @@ impl Destination {
                 self.open(kind, table, &[], move |point| transition_rows(point, &axis))
             }
             TableKind::Basins => {
-                let Some(axes) = &layout.basins else {
+                let Some(axes) = &layout.basin_axes else {
                     return Ok(None);
                 };
                 let axes = axes.each_ref().map(|axis| [&axis.name, &axis.unit]);
@@ -186,7 +146,7 @@ impl Destination {
         rows: F,
     ) -> Result<Option<Box<dyn PointTable>>, StoreError>
     where
-        R: Row + Send + 'static,
+        R: Send + 'static,
         F: Fn(&mut PointRow) -> Vec<R> + Send + 'static,
     {
         let file = UnfinishedTable::create(&self.folder, kind, self.shard, table, metadata)?;

@@ -17,7 +17,7 @@ const CENTRAL: [f64; 3] = [45.0, -9.0, 1.0];
 const ONE_SIDED: [f64; 7] = [-147.0, 360.0, -450.0, 400.0, -225.0, 72.0, -10.0];
 
 /// Assumed size of a parameter with the value zero, in its SI unit divided by the point's natural scale.
-const OF_NOTHING: f64 = 1e-2;
+const SIZE_OF_ZERO: f64 = 1e-2;
 
 /// The drives of a point for varied parameters.
 #[derive(Debug)]
@@ -28,7 +28,7 @@ pub struct PointFamily<'a> {
     pub parameters: Vec<Parameter>,
     /// Keys whose values differ from the manifest.
     held: Vec<(Parameter, f64)>,
-    between: &'a PointResolver,
+    resolver: &'a PointResolver,
     parts: &'a Prepared,
 }
 
@@ -37,14 +37,14 @@ impl<'a> PointFamily<'a> {
     pub fn new(
         point: PointSpec,
         parameters: Vec<Parameter>,
-        between: &'a PointResolver,
+        resolver: &'a PointResolver,
         parts: &'a Prepared,
     ) -> Self {
         Self {
             point,
             parameters,
             held: Vec::new(),
-            between,
+            resolver,
             parts,
         }
     }
@@ -63,7 +63,7 @@ impl<'a> PointFamily<'a> {
             .find(|(held_parameter, _)| held_parameter == parameter);
         match held {
             Some((_, value)) => Some(*value),
-            None => self.between.value(&self.point, parameter),
+            None => self.resolver.value(&self.point, parameter),
         }
     }
 
@@ -84,7 +84,7 @@ impl<'a> PointFamily<'a> {
             .map(|(parameter, value)| (parameter, *value));
         let held = held.filter(|(parameter, _)| !self.parameters.contains(parameter));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
-        let mut changed = self.between.changed(&self.point, &values)?;
+        let mut changed = self.resolver.changed(&self.point, &values)?;
         // One length scale for orbits at all values of the parameters.
         if let Some(length) = self.point.mesh.length {
             changed.mesh = changed.mesh.measured_by(length);
@@ -99,7 +99,7 @@ impl<'a> PointFamily<'a> {
             _ => 1.0,
         };
         match at[axis] {
-            0.0 => OF_NOTHING * natural,
+            0.0 => SIZE_OF_ZERO * natural,
             value => value.abs(),
         }
     }

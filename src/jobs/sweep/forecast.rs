@@ -54,7 +54,7 @@ const CALIBRATION_SHARE: f64 = 0.03;
 const FLOOR: f64 = 0.15;
 
 /// Time between two checks of the clock.
-const LOOK_UP: Duration = Duration::from_millis(20);
+const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// The cost of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -210,7 +210,7 @@ impl Calibration<'_> {
             let over = &self.over;
             let watch = move || {
                 let started = Instant::now();
-                while waiting.recv_timeout(LOOK_UP) == Err(RecvTimeoutError::Timeout) {
+                while waiting.recv_timeout(CHECK_INTERVAL) == Err(RecvTimeoutError::Timeout) {
                     if started.elapsed() >= budget || interrupt.load(Ordering::Relaxed) {
                         over.store(true, Ordering::Relaxed);
                     }

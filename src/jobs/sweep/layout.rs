@@ -37,7 +37,7 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
             .carried
             .as_ref()
             .map(|carried| column(&job.axes[carried.axis])),
-        basins: variants
+        basin_axes: variants
             .iter()
             .find_map(|v| v.analyses.multistability?.slice)
             .map(slice_axes),

@@ -113,13 +113,22 @@ impl Structures {
         if self.by_place.len() == MOST_STRUCTURES {
             *self = Self::default();
         }
-        let text = format!("{spec:?}");
-        let found = match self.by_text.get(&text) {
-            Some(found) => found.clone(),
-            None => Arc::new(structure(spec)?),
+        let found = match &spec.source {
+            // The text takes longer than the structure.
+            StructureSource::Modal(_) => Arc::new(structure(spec)?),
+            _ => self.of_text(spec)?,
         };
-        self.by_text.insert(text, found.clone());
         self.by_place.insert(place, found.clone());
+        Ok(found)
+    }
+
+    fn of_text(&mut self, spec: &ModelSpec) -> Result<Arc<ModalStructure>, ShaftError> {
+        let text = format!("{spec:?}");
+        if let Some(found) = self.by_text.get(&text) {
+            return Ok(found.clone());
+        }
+        let found = Arc::new(structure(spec)?);
+        self.by_text.insert(text, found.clone());
         Ok(found)
     }
 }

@@ -96,7 +96,7 @@ fn systems(
         return Ok((why, None));
     }
     let fits = |systems: Arc<KernelArrays>| {
-        ClosedModes::takes(model, &*systems)?;
+        ClosedModes::check_kept(model, &*systems)?;
         Ok(systems)
     };
     match parts.kernels().get(model).and_then(fits) {

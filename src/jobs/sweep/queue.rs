@@ -28,18 +28,18 @@ const AHEAD: usize = 4096;
 
 /// Number of chains per worker among which the longest is chosen. It is limited because the rows of a chain that starts
 /// early wait in memory until those before it are written.
-const LOOK: usize = 16;
+const CANDIDATES_PER_WORKER: usize = 16;
 
-/// Longest row of the grid for which times are passed on to the next row: times for chains beyond the window are
-/// stored.
+/// Longest row of the grid, in chains, whose computing times predict those of the next row. The limit bounds the memory
+/// for these times.
 const LONGEST_ROW: usize = 16_384;
 
 /// Number of modes whose work equals the fixed work of integrating a cycle (docs/measured.md).
 const FIXED_WORK: f64 = 40.0;
 
 /// Number of chains that may start early.
-pub(super) fn look(workers: usize) -> usize {
-    LOOK * workers
+pub(super) fn most_candidates(workers: usize) -> usize {
+    CANDIDATES_PER_WORKER * workers
 }
 
 /// Rows that may wait in memory for the oldest unfinished point, for `workers` workers on chains of this length.
@@ -55,7 +55,8 @@ pub(super) struct Queue<'a> {
     length: usize,
     /// Distance between neighbours along the second fastest axis, in chains; 0 if it is irregular or large.
     row: usize,
-    look: usize,
+    /// Number of chains that may start early.
+    most_candidates: usize,
     ahead: u64,
     state: Mutex<QueueState>,
 }
@@ -150,7 +151,7 @@ impl<'a> Queue<'a> {
             selection,
             length,
             row: if regular { row / shards } else { 0 },
-            look: look(workers),
+            most_candidates: most_candidates(workers),
             ahead: ahead(workers, length) as u64,
             state: Mutex::new(state),
         }
@@ -179,7 +180,7 @@ impl<'a> Queue<'a> {
     fn fill(&self, state: &mut QueueState) {
         while state.next < self.selection.chains() {
             let oldest = state.window.front().map_or(state.entered, |c| c.number);
-            if state.entered >= oldest + self.look {
+            if state.entered >= oldest + self.most_candidates {
                 return;
             }
             let place = state.next;

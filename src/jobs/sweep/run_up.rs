@@ -39,6 +39,11 @@ pub enum RunUpError {
         "a run-up with torques needs a rated torque, but a modal file has none; give the column `load`, a fraction of rated_force"
     )]
     NoRatedTorque,
+    /// The torque that accelerates the drive has no position.
+    #[error(
+        "the speed changes, but the modal file does not tell where the torque acts that accelerates the drive; add `torque_pinion`"
+    )]
+    NoPositionOfTorque,
     /// The run-up was interrupted.
     #[error("interrupted")]
     Interrupted,
@@ -77,6 +82,13 @@ impl PointRunUp<'_> {
             start.run.event_limit,
             InstructionSet::best(),
         )?;
+        let speeds = config.speed.points.iter().map(|point| point[1]);
+        let varies = speeds
+            .clone()
+            .any(|speed| Some(speed) != speeds.clone().next());
+        if varies && kernel.lacks_torque() {
+            return Err(RunUpError::NoPositionOfTorque);
+        }
         let teeth = kernel.cycles_per_radian() * TAU;
         if spec.orders.is_none() {
             config.orders = (1..=MESH_ORDERS)

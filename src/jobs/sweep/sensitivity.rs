@@ -231,7 +231,7 @@ impl KernelUse for Orbit<'_> {
         )?;
         let mut values: Vec<f64> = all.iter().map(|d| d.value).collect();
         values.push(orbit.spectral_radius());
-        Ok(Some((values, all.iter().map(|d| d.by).collect())))
+        Ok(Some((values, all.iter().map(|d| d.by_parameter).collect())))
     }
 }
 
@@ -415,7 +415,7 @@ fn of_ensemble(
                 .map(|all| all.iter().map(|values| values[i]).collect())
                 .collect();
             let found: ensemble::Slope = slope([&of[0], &of[1], &of[2], &of[3]], h);
-            let objection = found.objection();
+            let reason = found.unreliable_reason();
             Sensitivity {
                 key: key.name().to_owned(),
                 key_unit: key.unit(),
@@ -423,11 +423,11 @@ fn of_ensemble(
                 quantity: (*quantity).to_owned(),
                 unit,
                 value: found.value,
-                by: objection.is_none().then_some(found.by),
+                by: reason.is_none().then_some(found.by_parameter),
                 check: Some(found.doubled[0]),
                 error: Some(found.error),
                 method: "ensemble",
-                note: objection.unwrap_or_default().to_owned(),
+                note: reason.unwrap_or_default().to_owned(),
             }
         })
         .collect())

@@ -62,9 +62,9 @@ pub enum Dimension {
     /// Participation by length, or modal force of a unit torque \[1/(m √kg)\]; bare numbers only.
     ParticipationByLength,
     /// Force per unit modal displacement \[N/(m √kg)\]; bare numbers only.
-    ForceByDisplacement,
+    ForceByModalDisplacement,
     /// Force per unit modal velocity \[N s/(m √kg)\]; bare numbers only.
-    ForceByVelocity,
+    ForceByModalVelocity,
     /// Modal damping \[1/s\]; bare numbers only.
     ModalDamping,
     /// Modal stiffness \[1/s²\]; bare numbers only.
@@ -153,8 +153,10 @@ impl Dimension {
             Self::ParticipationByLength => {
                 ["a modal participation by length", "1/(m sqrt(kg))", ""]
             }
-            Self::ForceByDisplacement => ["a force by modal displacement", "N/(m sqrt(kg))", ""],
-            Self::ForceByVelocity => ["a force by modal velocity", "N s/(m sqrt(kg))", ""],
+            Self::ForceByModalDisplacement => {
+                ["a force by modal displacement", "N/(m sqrt(kg))", ""]
+            }
+            Self::ForceByModalVelocity => ["a force by modal velocity", "N s/(m sqrt(kg))", ""],
             Self::ModalDamping => ["a modal damping", "1/s", ""],
             Self::ModalStiffness => ["a modal stiffness", "1/s^2", ""],
             Self::ModalForce => ["a modal force", "N/sqrt(kg)", ""],
@@ -219,8 +221,8 @@ pub enum QuantityError {
         /// The expected dimension.
         wanted: Dimension,
     },
-    /// The value does not fit in a double.
-    #[error("`{text}` does not fit in a double")]
+    /// The value is infinite as a floating-point number.
+    #[error("`{text}` is too large for a floating-point number (at most 1.8e308)")]
     NotFinite {
         /// The text.
         text: String,

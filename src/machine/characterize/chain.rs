@@ -14,7 +14,7 @@ use crate::numerics::random::Stream;
 /// Loads of the warm-up: one round of 64 MiB of lines, eight rounds of 8 MiB. Newly written
 /// lines settle in a last-level cache only after some rounds, and take up to twice the
 /// time until then.
-const WARM: usize = 1 << 20;
+const WARM_UP_LOADS: usize = 1 << 20;
 
 /// A ring through the first lines of a buffer: each contains the address of the next one.
 pub struct AddressRing {
@@ -56,7 +56,7 @@ impl AddressRing {
     /// Writes a ring through `count` lines, and follows it until it has settled in the caches.
     pub fn write_ring(&mut self, count: usize, walk: Walk) {
         self.link(count, walk);
-        self.follow(WARM);
+        self.follow(WARM_UP_LOADS);
     }
 
     /// Follows the ring for `loads` loads.

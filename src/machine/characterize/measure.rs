@@ -26,7 +26,7 @@ pub fn measure(
         Item::Solver { campaign, teams } => {
             solver::measure(topology, default, campaign, teams, pace)
         }
-        Item::Mountain {
+        Item::MemoryMountain {
             thread,
             lines,
             strides,

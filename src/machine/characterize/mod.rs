@@ -127,11 +127,11 @@ fn limits(
     description: &crate::store::Description,
 ) -> Limits {
     /// Memory \[bytes\] that counts as free if the system reports none.
-    const USUAL: u64 = 1 << 30;
+    const DEFAULT_MEMORY: u64 = 1 << 30;
     let free = (description.memory_available.into_iter())
         .chain(description.memory_limit)
         .min()
-        .unwrap_or(USUAL);
+        .unwrap_or(DEFAULT_MEMORY);
     let parallelism = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     Limits {
         memory: settings.memory.unwrap_or(free / 4).max(1 << 20),

@@ -99,7 +99,7 @@ fn rows(characteristics: &mut Characteristics, item: &Item, sample: &Sample) {
                 characteristics.solver.extend(row);
             }
         }
-        Item::Mountain { lines, strides, .. } => {
+        Item::MemoryMountain { lines, strides, .. } => {
             for (i, stride) in strides.iter().enumerate() {
                 let key = MountainKey {
                     size: (lines * LINE) as u64,

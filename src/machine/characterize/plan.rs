@@ -201,7 +201,7 @@ impl Planner<'_> {
             let lines = size as usize / LINE;
             // Sweeps of few lines would mainly time the loop.
             let strides = self.scale.strides.iter().copied();
-            self.items.push(Item::Mountain {
+            self.items.push(Item::MemoryMountain {
                 thread: first,
                 lines,
                 strides: strides.filter(|s| 32 * s <= lines || *s == 1).collect(),

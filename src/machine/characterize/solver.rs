@@ -16,7 +16,7 @@ use crate::topology::Topology;
 
 /// Mesh cycles of a repetition at every operating point. Cycles differ in their events, so a
 /// repetition must contain several, and always the same ones; a short one is less often disturbed.
-const STAY: u64 = 16;
+const CYCLES_PER_POINT: u64 = 16;
 
 /// Number of measurements of all teams, with one thread before each of them: if the machine changes its
 /// speed meanwhile, both change, but not their ratio. A table in a shared cache is read a fifth
@@ -189,7 +189,7 @@ fn advance<K: Kernel>(
                 what: "integrating on several threads",
             });
         }
-        let cycles = STAY as f64 * (team.len() * starts.len()) as f64;
+        let cycles = CYCLES_PER_POINT as f64 * (team.len() * starts.len()) as f64;
         let times = worked.times.into_iter().flatten();
         let mut times: Vec<f64> = times.map(|time| time / cycles).collect();
         measured.times[index].extend(&times);
@@ -238,13 +238,13 @@ impl<'s, K: Kernel> Trajectories<'s, K> {
         }
     }
 
-    /// Advances [`STAY`] cycles at every point, from its start.
+    /// Advances [`CYCLES_PER_POINT`] cycles at every point, from its start.
     fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {
             self.states[point].clone_from(self.starts[point]);
             let result = self.kernels[point].advance(
-                STAY,
+                CYCLES_PER_POINT,
                 &mut self.states[point],
                 &mut self.workspaces[point],
                 &mut (),

@@ -13,10 +13,10 @@ pub struct CellModel<'m> {
     pub model: &'m Model,
     pub layout: Layout,
     pub grid: Grid,
-    /// Generators in contact, one per class.
-    pub contact: Vec<Generator>,
+    /// Generators in contact, one per class of [`Grid::classes`].
+    pub contact_generators: Vec<Generator>,
     /// Generators of free flight, one per flight.
-    pub flight: Vec<Generator>,
+    pub flight_generators: Vec<Generator>,
     /// (cos, sin) of the transmission error's harmonics at the start of every cell.
     phases: Vec<f64>,
     /// Whether these phases are the same in every mesh cycle.
@@ -54,10 +54,10 @@ impl<'m> CellModel<'m> {
     ) -> Result<Self, DenseError> {
         let grid = Grid::new(model, cells, reach)?;
         let segment = |class: usize| &model.first_cycle().segments[grid.classes[class].segment];
-        let contact = (0..grid.classes.len())
+        let contact_generators = (0..grid.classes.len())
             .map(|class| Generator::new(model, segment(class), true))
             .collect();
-        let flight = (grid.flights.iter())
+        let flight_generators = (grid.flights.iter())
             .map(|&class| Generator::new(model, segment(class), false))
             .collect();
         let phases = (grid.cells.iter())
@@ -71,8 +71,8 @@ impl<'m> CellModel<'m> {
         Ok(Self {
             model,
             layout: Layout::new(model),
-            contact,
-            flight,
+            contact_generators,
+            flight_generators,
             phases,
             repeats: (model.lines[0].transmission_error.iter())
                 .all(|h| h.turns_per_cycle.fract() == 0.0),
@@ -101,9 +101,9 @@ impl<'m> CellModel<'m> {
     pub fn generator(&self, cell: usize, contact: ActiveSet) -> &Generator {
         let class = self.grid.cells[cell].class;
         if contact.touching() {
-            &self.contact[class]
+            &self.contact_generators[class]
         } else {
-            &self.flight[self.grid.classes[class].flight]
+            &self.flight_generators[self.grid.classes[class].flight]
         }
     }
 

@@ -75,7 +75,7 @@ impl Run {
         let mut ends = Mat::<f64>::zeros(classes.len(), d);
         let mut sag = vec![0.0f64; layout.padded()];
         for (i, &class) in classes.iter().enumerate() {
-            let generator = &cell_model.contact[class];
+            let generator = &cell_model.contact_generators[class];
             let duration = grid.classes[class].duration;
             let mut bound = vec![0.0; layout.padded()];
             let curvature = generator.curvature();
@@ -155,7 +155,7 @@ fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
 impl Products {
     fn new(cell_model: &CellModel<'_>) -> Self {
         let grid = &cell_model.grid;
-        let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
+        let increments: Vec<Mat<f64>> = (cell_model.contact_generators.iter().zip(&grid.classes))
             .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
         let (lists, _) = runs(cell_model);

@@ -31,7 +31,7 @@ impl<'m> PowerJumps<'m> {
     pub fn new(model: &'m Model, most: u64) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, 1, SpectralTables::REACH, 0, None)?;
         let grid = &cell_model.grid;
-        let increments: Vec<Mat<f64>> = (cell_model.contact.iter().zip(&grid.classes))
+        let increments: Vec<Mat<f64>> = (cell_model.contact_generators.iter().zip(&grid.classes))
             .map(|(g, class)| exponential::increment(g, grid.rate, class.duration))
             .collect();
         let mut map = cycle(&cell_model, &increments);

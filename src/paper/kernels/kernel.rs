@@ -66,11 +66,14 @@ impl<T> ClassTables<T> {
         cell_model: &CellModel<'_>,
         mut make: impl FnMut(&Generator, usize, bool) -> Result<T, DenseError>,
     ) -> Result<Self, DenseError> {
-        let contact = cell_model.contact.iter().enumerate();
+        let contact = cell_model.contact_generators.iter().enumerate();
         let contact = contact
             .map(|(class, g)| make(g, class, true))
             .collect::<Result<_, _>>()?;
-        let flight = cell_model.flight.iter().zip(&cell_model.grid.flights);
+        let flight = cell_model
+            .flight_generators
+            .iter()
+            .zip(&cell_model.grid.flights);
         let flight = flight
             .map(|(g, &class)| make(g, class, false))
             .collect::<Result<_, _>>()?;

@@ -11,18 +11,19 @@ pub const SLOW: f64 = 0.5;
 /// 2048 divided by the fastest rate. Practical drives have shorter periods.
 const SLOWEST: f64 = SLOW / 2048.0;
 
-/// The limit is reduced by this factor if a period is longer.
-const SLOWER: f64 = 64.0;
+/// Factor by which the limit is reduced, once or more, if the period is longer.
+const LIMIT_REDUCTION: f64 = 64.0;
 
-/// Waves may be slower than [`SLOW`] per mesh period by this factor: excitation is not split off them.
-const BORNE: f64 = 8.0;
+/// Waves may be slower than [`SLOW`] per mesh period by this factor. The table of that speed advances such waves with
+/// the slow group and splits no constant input off them.
+const WAVE_MARGIN: f64 = 8.0;
 
 /// Rates that define a basis of a structure and its mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
     /// Upper bound of all rates \[rad/s\].
     pub fastest: f64,
-    /// Limit below which an eigenvalue is slow \[rad/s\].
+    /// Eigenvalues below this are slow: they do not become waves \[rad/s\].
     pub slow: f64,
 }
 
@@ -34,10 +35,10 @@ impl Rates {
         let limit = SLOW / model.period();
         let mut slow = SLOWEST * fastest;
         while slow > limit {
-            slow /= SLOWER;
+            slow /= LIMIT_REDUCTION;
         }
         let mut modes = model.blocks.iter().flat_map(eigenvalues);
-        if modes.any(|rate| (slow..limit / BORNE).contains(&rate)) {
+        if modes.any(|rate| (slow..limit / WAVE_MARGIN).contains(&rate)) {
             slow = limit;
         }
         Self { fastest, slow }

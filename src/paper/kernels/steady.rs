@@ -27,7 +27,7 @@ impl CycleMap {
         let mut reach = vec![0.0; layout.padded()];
         let mut before = Mat::<f64>::zeros(d, d);
         for cell in &grid.cells {
-            let generator = &cell_model.contact[cell.class];
+            let generator = &cell_model.contact_generators[cell.class];
             let duration = grid.classes[cell.class].duration;
             let through = exponential::plus_one(before.clone());
             let (row, through) = (&generator.deflection, Some(through.as_ref()));
@@ -151,14 +151,14 @@ fn smallest_margin(
     start: &[f64],
 ) -> f64 {
     let grid = &cell_model.grid;
-    let bounds: Vec<BoundRows> = (cell_model.contact.iter().zip(&grid.classes))
+    let bounds: Vec<BoundRows> = (cell_model.contact_generators.iter().zip(&grid.classes))
         .map(|(g, class)| BoundRows::new(g, grid.rate, class.duration))
         .collect();
     let mut z = start.to_vec();
     let mut next = vec![0.0; z.len()];
     let mut smallest = f64::INFINITY;
     for cell in &grid.cells {
-        let generator = &cell_model.contact[cell.class];
+        let generator = &cell_model.contact_generators[cell.class];
         let duration = grid.classes[cell.class].duration;
         let see = |z: &[f64]| {
             let here = DeflectionAt {

@@ -16,7 +16,7 @@ use std::hint::black_box;
 const SOLVED: u64 = 5;
 
 /// Cycles after which segments and fused cycles are compared.
-const COMPARED: u64 = 200;
+const COMPARED_CYCLES: u64 = 200;
 
 const JUMP: u64 = 1_000_000;
 
@@ -64,12 +64,12 @@ pub fn cycles() -> Value {
         let end = |name: &str| -> TrajectoryState {
             let named = kernels.iter().find(|(known, ..)| known == name);
             let (.., kernel) = named.expect("a kernel of the list");
-            kernel.go(&start, COMPARED).0
+            kernel.go(&start, COMPARED_CYCLES).0
         };
         let distance = |a: &str, b: &str| norm.distance(&end(a).state, &end(b).state) / norm.unit();
         value["segments_against_fused"] = json!(distance("spectral", "fused"));
         value["volterra_against_fused"] = json!(distance("volterra", "fused"));
-        value["compared_cycles"] = json!(COMPARED);
+        value["compared_cycles"] = json!(COMPARED_CYCLES);
         value["jump"] = jump(&model, &start);
         found.insert(modes.to_string(), value);
     }

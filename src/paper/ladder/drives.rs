@@ -52,7 +52,8 @@ fn median(measure: impl Fn() -> f64) -> f64 {
     found[REPEATS / 2]
 }
 
-/// Simulated time divided by computing time with known bases; the state is carried from slice to slice.
+/// Simulated time divided by computing time, with the bases built beforehand. The state is carried from one misalignment
+/// to the next.
 fn speed(changes: &[&str]) -> f64 {
     let job = job(
         include_str!("../../../manifests/misalignment-drift.toml"),

@@ -19,10 +19,10 @@ pub const CELLS: u32 = 60;
 pub const LIMIT: u32 = 1000;
 
 /// Cycles over which work is counted and the deflection is averaged.
-const COUNTED: u64 = 3000;
+const COUNTED_CYCLES: u64 = 3000;
 
 /// Number of cycles that are compared with small steps.
-const COMPARED: usize = 12;
+const COMPARED_CYCLES: usize = 12;
 
 /// Sixty different levels of stiffness, so that no two segments share a table.
 pub fn sixty_levels(mut case: Case) -> Case {
@@ -164,7 +164,7 @@ pub fn side_by_side(model: &Model, start: &TrajectoryState, kernels: &[Named<'_>
     let spells = race(&mut contenders);
     let mut found = Map::new();
     for ((name, size, kernel), spell) in kernels.iter().zip(spells) {
-        let counted = if name == "stepping" { 20 } else { COUNTED / 6 };
+        let counted = if name == "stepping" { 20 } else { COUNTED_CYCLES / 6 };
         let (_, work) = kernel.go(start, counted);
         let mean = |count: u64| count as f64 / work.cycles as f64;
         found.insert(
@@ -248,7 +248,7 @@ pub fn reduction() -> Value {
         let kernels = self::kernels(&model, kernels);
         let mut value = side_by_side(&model, &start, &kernels);
         for (kernel, _, any) in &kernels {
-            let rms = any.deflection_rms(&model, &start, COUNTED);
+            let rms = any.deflection_rms(&model, &start, COUNTED_CYCLES);
             value[kernel]["deflection_rms"] = json!(rms);
         }
         found.insert(name.to_owned(), value);
@@ -276,7 +276,7 @@ pub fn conditioning() -> Value {
     let fused = Fused::new(&model, CELLS, LIMIT).expect("tables");
     let mut worst = [0.0f64; 5];
     let mut start = settled(&model);
-    for _ in 0..COMPARED {
+    for _ in 0..COMPARED_CYCLES {
         let (end, _) = spectral.go(&start, 1);
         let exact = Reference::new(&model)
             .advance(&start, 1)
@@ -309,7 +309,7 @@ pub fn conditioning() -> Value {
             "small steps, 25 ns": worst[3],
             "event grid T/1200": worst[4],
         },
-        "compared_cycles": COMPARED,
+        "compared_cycles": COMPARED_CYCLES,
     })
 }
 

@@ -14,7 +14,7 @@ use serde_json::{Map, Value, json};
 use std::hint::black_box;
 
 /// Cycles that are compared.
-const COMPARED: usize = 20;
+const COMPARED_CYCLES: usize = 20;
 
 /// Time of one product \[ns\] in 64 and in 32 bits, with `operators` of them in turn.
 fn products(operators: usize) -> [f64; 2] {
@@ -55,7 +55,7 @@ fn path(case: &Case) -> Value {
     let norm = EnergyNorm::new(&model);
     let (mut state, mut time, mut other_events) = (0.0f64, 0.0f64, 0);
     let mut at = start;
-    for _ in 0..COMPARED {
+    for _ in 0..COMPARED_CYCLES {
         let [exact, rounded] = [&double, &single].map(|kernel| {
             let passage = kernel.passage(&at, 1);
             passage.expect("the default drive does not diverge")
@@ -74,7 +74,7 @@ fn path(case: &Case) -> Value {
     value["state_error"] = json!(state);
     value["event_time_error"] = json!(time);
     value["cycles_with_other_events"] = json!(other_events);
-    value["compared_cycles"] = json!(COMPARED);
+    value["compared_cycles"] = json!(COMPARED_CYCLES);
     value
 }
 

@@ -10,7 +10,7 @@ use std::sync::Barrier;
 use std::time::{Duration, Instant};
 
 /// Duration for which every thread advances its trajectory.
-const SPELL: Duration = Duration::from_millis(400);
+const RUN_DURATION: Duration = Duration::from_millis(400);
 
 /// Repetitions; the fastest counts, because disturbances only slow down.
 const ROUNDS: usize = 3;
@@ -23,7 +23,7 @@ fn rate<K: Kernel + Sync>(kernel: &K, start: &TrajectoryState, threads: usize) -
         let mut counters = Counters::default();
         barrier.wait();
         let clock = Instant::now();
-        while clock.elapsed() < SPELL {
+        while clock.elapsed() < RUN_DURATION {
             kernel
                 .advance(16, &mut trajectory, &mut workspace, &mut (), &mut counters)
                 .expect("the default drive does not diverge");

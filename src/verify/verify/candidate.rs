@@ -127,9 +127,9 @@ pub struct Passage {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VolumeGrowth {
     /// Sum of all exponents, per mesh cycle.
-    pub sum: f64,
+    pub exponent_sum: f64,
     /// Fraction of the time in contact.
-    pub contact: f64,
+    pub contact_fraction: f64,
 }
 
 /// What a kernel found, if the quantity exists.
@@ -285,8 +285,8 @@ impl<K: Kernel + Sync> Propagator for K {
         };
         let [drive, _, coast, both] = nvh.values.fractions;
         Ok(Some(VolumeGrowth {
-            sum: exponents.iter().sum(),
-            contact: drive + coast + both,
+            exponent_sum: exponents.iter().sum(),
+            contact_fraction: drive + coast + both,
         }))
     }
 

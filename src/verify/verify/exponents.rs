@@ -133,7 +133,8 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             let cycles = volume_cycles(subjects, kernel);
             let growth = kernel.on(&model)?.volume_growth(&model, &start, cycles)?;
             let growth = growth.ok_or(CheckError::Missing { what: "exponents" })?;
-            let deviation = (growth.sum / exact_sum(&model, growth.contact) - 1.0).abs();
+            let deviation =
+                (growth.exponent_sum / exact_sum(&model, growth.contact_fraction) - 1.0).abs();
             *worst = worse(*worst, deviation);
         }
     }

@@ -44,21 +44,21 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, CheckError> {
 /// are 5 % softer than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the
 /// root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
-    const PLACES: u32 = 500;
+    const PHASES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;
     let flanks = published_pair()?;
     let path = flanks.path();
     let alone = |s: f64| flanks.face_width / flanks.compliance(s).total();
     let mut sum = 0.0;
-    for i in 0..PLACES {
-        let s = path.position((f64::from(i) + 0.5) / f64::from(PLACES));
+    for i in 0..PHASES {
+        let s = path.position((f64::from(i) + 0.5) / f64::from(PHASES));
         let next = s + path.base_pitch;
         sum += alone(s);
         if next <= path.end {
             sum += alone(next);
         }
     }
-    let mean = sum / f64::from(PLACES);
+    let mean = sum / f64::from(PHASES);
     Ok(vec![Line::between(
         format!("mean stiffness of 62/62 teeth, {:.3}e8 N/m", 1e-8 * mean),
         "3.737e8 N/m (another code)",

@@ -204,9 +204,9 @@ pub struct Finding {
 /// Results of all checks.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// Amount of integration.
+    /// How much is verified: quick or full.
     pub extent: Extent,
-    /// Duration \[s\].
+    /// Duration of all checks \[s\].
     pub seconds: f64,
     /// Results by check.
     pub findings: Vec<Finding>,

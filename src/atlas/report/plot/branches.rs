@@ -167,7 +167,7 @@ fn settled(followed: &Followed, line: &FixedValues, results: &Results) -> Vec<Pl
     let Some(over) = names.iter().position(|name| *name == followed.axis().name) else {
         return Vec::new();
     };
-    let points = results.summary.all.iter().zip(&results.loudness);
+    let points = results.summary.all.iter().zip(&results.deflection_rms);
     points
         .filter(|(point, _)| line.holds_named(&names, &point.axis_values))
         .filter_map(|(point, rms)| Some([point.axis_values[over], (*rms)?]))

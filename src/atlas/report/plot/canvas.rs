@@ -52,7 +52,7 @@ fn bounded([x, y]: Place) -> Option<Place> {
 
 /// From this number on, shapes of a picture and places of a line within a pixel of others are left out. More shapes
 /// take minutes to draw without a visible difference.
-const MANY: usize = 50_000;
+const FEWEST_THINNED: usize = 50_000;
 
 /// A shape moved onto whole pixels, with a hash of its look; `None` for shapes that are never left out.
 fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
@@ -181,7 +181,7 @@ pub(super) struct Canvas {
     /// \[px\]
     pub height: f64,
     pub shapes: Vec<Shape>,
-    /// Hashes of the shapes on whole pixels, from [`MANY`] shapes on.
+    /// Hashes of the shapes on whole pixels, from [`FEWEST_THINNED`] shapes on.
     seen: HashSet<u64>,
     /// Number of shapes and places of lines that were left out because others are within a pixel.
     pub left_out: usize,
@@ -196,12 +196,12 @@ impl Canvas {
             seen: HashSet::new(),
             left_out: 0,
         };
-        const ASIDE: f64 = 24.0;
+        const TITLE_INSET: f64 = 24.0;
         let lines = [(title, 30.0, 17.0, INK), (subtitle, 50.0, 13.0, SOFT)];
         for (text, y, size, colour) in lines {
             let shown = printable(&clipped(text, MOST_CHARACTERS)).into_owned();
-            let (shown, size) = fitted(&shown, size, 9.0, WIDTH - 2.0 * ASIDE);
-            canvas.text([ASIDE, y], &shown, size, colour, Anchor::Start);
+            let (shown, size) = fitted(&shown, size, 9.0, WIDTH - 2.0 * TITLE_INSET);
+            canvas.text([TITLE_INSET, y], &shown, size, colour, Anchor::Start);
         }
         canvas
     }
@@ -213,7 +213,7 @@ impl Canvas {
 
     /// Adds a shape. If there are very many shapes, skips one that looks the same on pixels as an earlier shape.
     fn push(&mut self, shape: Shape) {
-        if self.shapes.len() < MANY {
+        if self.shapes.len() < FEWEST_THINNED {
             return self.shapes.push(shape);
         }
         let (shape, key) = on_pixels(shape);
@@ -229,7 +229,7 @@ impl Canvas {
         let places: Vec<Option<Place>> = points.iter().copied().map(bounded).collect();
         for part in places.split(Option::is_none).filter(|part| part.len() > 1) {
             let mut points: Vec<Place> = part.iter().copied().flatten().collect();
-            if points.len() > MANY {
+            if points.len() > FEWEST_THINNED {
                 points = outlined(&points);
                 self.left_out += part.len() - points.len();
             }
@@ -462,7 +462,7 @@ mod tests {
         assert_eq!(texts, 200_000);
         let marks = canvas.shapes.len() - few - texts;
         assert_eq!(canvas.left_out, 400_000 - marks);
-        assert!(marks < MANY, "{marks}");
+        assert!(marks < FEWEST_THINNED, "{marks}");
         // Each remaining pixel has one mark of each colour and kind.
         assert!(canvas.seen.len() <= 4 * 12, "{}", canvas.seen.len());
         let line: Vec<Place> = (0..200_000)

@@ -26,7 +26,7 @@ const MOST_CELLS: usize = 1 << 20;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
 /// Largest number of values of an axis that each have a tick.
-const FEW: usize = 12;
+const MOST_TICKS: usize = 12;
 /// Smallest em size of a single letter in its cell \[px\], and of longer texts, which need more room around them.
 const SMALLEST: [f64; 2] = [6.5, 8.0];
 /// Largest share of a cell's width that a single letter, and a longer text, may take.
@@ -35,7 +35,7 @@ const FILLED: [f64; 2] = [0.86, 0.75];
 /// Radius of a dot in the corner of a cell \[px\].
 const DOT: f64 = 1.7;
 /// Distance of the dot's centre from the sides of its cell \[px\].
-const ASIDE: f64 = 4.0;
+const DOT_INSET: f64 = 4.0;
 /// Smallest side of a cell with a dot \[px\].
 const DOTTED: f64 = 14.0;
 
@@ -211,7 +211,7 @@ impl<'a> Cells<'a> {
                 hatch(canvas, corners[0], corners[1], ink_on(colour));
             }
             if look.dotted && wide.min(high) >= DOTTED {
-                let at = [x + wide - ASIDE, y + ASIDE];
+                let at = [x + wide - DOT_INSET, y + DOT_INSET];
                 if look.hatched {
                     canvas.disc(at, 1.8 * DOT, colour);
                 }
@@ -302,11 +302,11 @@ fn ticks(
         .map(|(index, value)| (index as f64, scale.shown(*value)))
         .collect();
     let fit = |text: &str| room(text) <= cell * step as f64;
-    if labels.len() <= FEW && labels.iter().all(|(_, text)| fit(text)) {
+    if labels.len() <= MOST_TICKS && labels.iter().all(|(_, text)| fit(text)) {
         return labels;
     }
     let span = cell * axis.values.len() as f64;
-    let wanted = ((span / 60.0) as usize).clamp(2, FEW);
+    let wanted = ((span / 60.0) as usize).clamp(2, MOST_TICKS);
     let round = scale.ticks(wanted).into_iter();
     let round = round.filter_map(|(value, text)| Some((place(&axis.values, value)?, text)));
     let mut kept = thinned(round.collect(), cell, &room);

@@ -18,7 +18,7 @@ use crate::report::numbers::plural;
 /// Height of a row if there are many rows, and if there are few \[px\].
 const ROW: [f64; 2] = [18.0, 40.0];
 /// Height of the panel unless rows are very many or few \[px\].
-const USUAL: f64 = 454.0;
+const USUAL_HEIGHT: f64 = 454.0;
 /// Smallest height of the panel \[px\], for its label.
 const LEAST_HEIGHT: f64 = 116.0;
 
@@ -36,7 +36,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
         let class_counts = counts(slice.points.iter().copied());
         let rows: BTreeSet<Motion> = class_counts.keys().copied().collect();
         let count = rows.len() as f64;
-        let height = (count * (USUAL / count).clamp(ROW[0], ROW[1])).max(LEAST_HEIGHT);
+        let height = (count * (USUAL_HEIGHT / count).clamp(ROW[0], ROW[1])).max(LEAST_HEIGHT);
         let panel = Panel::new(
             [148.0, 850.0],
             [72.0, 72.0 + height],
@@ -55,7 +55,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
             canvas.label([panel.right + 9.0, baseline], &count, SOFT);
         }
         let tall = (0.6 * half).min(TALLEST);
-        for (motion, [left, right]) in stretches(&panel, along, &slice.points) {
+        for (motion, [left, right]) in class_intervals(&panel, along, &slice.points) {
             let row = rows.iter().position(|row| *row == motion).unwrap_or(0);
             let y = panel.y(row as f64 + 0.5);
             let [left, right] = widened_to_visible([left, right]);
@@ -80,24 +80,28 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
 
 /// Adjacent points with one kind of motion, as intervals of the axis \[px\]. Each point reaches halfway to its
 /// neighbours, or a few pixels to both sides if they are far. Touching intervals are merged.
-fn stretches(panel: &Panel, along: usize, points: &[&PointSummary]) -> Vec<(Motion, [f64; 2])> {
+fn class_intervals(
+    panel: &Panel,
+    along: usize,
+    points: &[&PointSummary],
+) -> Vec<(Motion, [f64; 2])> {
     let mut places: Vec<(f64, Motion)> = (points.iter())
         .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))
         .collect();
     places.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut stretches: Vec<(Motion, [f64; 2])> = Vec::new();
+    let mut intervals: Vec<(Motion, [f64; 2])> = Vec::new();
     for (index, &(x, motion)) in places.iter().enumerate() {
         let reach = |other: Option<&(f64, Motion)>| {
             other.map_or(WIDEST, |(other, _)| (0.5 * (other - x).abs()).min(WIDEST))
         };
         let before = index.checked_sub(1).and_then(|before| places.get(before));
         let [from, to] = [x - reach(before), x + reach(places.get(index + 1))];
-        match stretches.last_mut() {
+        match intervals.last_mut() {
             Some((last, [_, end])) if *last == motion && from - *end < 0.01 => *end = to,
-            _ => stretches.push((motion, [from, to])),
+            _ => intervals.push((motion, [from, to])),
         }
     }
-    stretches
+    intervals
 }
 
 /// An interval, widened to the smallest visible width.
@@ -136,7 +140,7 @@ mod tests {
             point(50.0, "chaotic"),
             point(54.0, "steady_contact"),
         ];
-        let found = stretches(&panel, 0, &few.each_ref());
+        let found = class_intervals(&panel, 0, &few.each_ref());
         let wanted = [
             (Motion::Chaotic, [4.0, 16.0]),
             (Motion::Chaotic, [44.0, 52.0]),
@@ -149,7 +153,7 @@ mod tests {
         let many: Vec<PointSummary> = (0..=1000)
             .map(|i| point(0.1 * i as f64, class(i)))
             .collect();
-        let found = stretches(&panel, 0, &many.iter().collect::<Vec<_>>());
+        let found = class_intervals(&panel, 0, &many.iter().collect::<Vec<_>>());
         assert_eq!(found.len(), 3, "{found:?}");
         let [left, right] = widened_to_visible(found[1].1);
         assert!((right - left - LEAST_WIDTH).abs() < 1e-9 && (left + right - 100.0).abs() < 1e-9);

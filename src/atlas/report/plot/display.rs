@@ -28,9 +28,9 @@ pub struct Display {
 /// Which axes are logarithmic.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Log {
-    /// The axis across.
+    /// The horizontal axis.
     X,
-    /// The axis of the values.
+    /// The vertical axis.
     Y,
     /// Both.
     Xy,

@@ -24,7 +24,7 @@ const SVG_SCALE: f64 = 10.0;
 /// Pixels of a PNG per pixel of the canvas.
 pub(super) const PNG_SCALE: usize = 2;
 /// Distance to which shapes may extend beyond the picture \[px\].
-const ASIDE: f64 = 100.0;
+const OVERHANG: f64 = 100.0;
 /// Largest number of shapes that an SVG document contains as shapes: these take 2 MB.
 const MOST_SHAPES: usize = 20_000;
 /// Drawn pixels averaged into one of a PNG, each way.
@@ -139,7 +139,8 @@ fn draw<B: DrawingBackend>(
     }
     // The bitmap backend visits every pixel of a shape, also beyond the picture.
     let size = canvas.size();
-    let near = |place: f64, size: f64| (place.clamp(-ASIDE, size + ASIDE) * scale).round() as i32;
+    let near =
+        |place: f64, size: f64| (place.clamp(-OVERHANG, size + OVERHANG) * scale).round() as i32;
     let whole = |place: Place| (near(place[0], size[0]), near(place[1], size[1]));
     let white = RGBColor(255, 255, 255);
     backend

@@ -14,9 +14,9 @@ use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;
 const BOTTOM: f64 = 526.0;
-/// Smallest number of cycles of the straight line: averages over fewer cycles are correlated.
-const FROM: f64 = 10.0;
-/// The range between the separations of single twins.
+/// Cycles of an average from which on its standard error follows a power law; shorter averages are correlated.
+const POWER_LAW_FROM: f64 = 10.0;
+/// Colour of the range between the separations of single twins.
 const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
 
 /// A quantity over cycles: cycles, value, spread.
@@ -186,12 +186,12 @@ fn averages(canvas: &mut Canvas, data: &PointData) {
     let mut line = TOP + 20.0;
     for ((name, curve, power), colour) in data.averages.iter().zip([BLUE, RED]) {
         let points: Vec<&[f64; 3]> = curve.iter().filter(|p| p[2] > 0.0).collect();
-        let long: Vec<f64> = (points.iter().filter(|p| p[0] >= FROM))
+        let long: Vec<f64> = (points.iter().filter(|p| p[0] >= POWER_LAW_FROM))
             .map(|p| (p[2] * p[0].powf(*power)).ln())
             .collect();
         if !long.is_empty() {
             let level = (long.iter().sum::<f64>() / long.len() as f64).exp();
-            let [a, b] = [FROM, last].map(|n| panel.at(n, level * n.powf(-power)));
+            let [a, b] = [POWER_LAW_FROM, last].map(|n| panel.at(n, level * n.powf(-power)));
             canvas.dashes(a, b, colour, 1.4);
         }
         for [n, _, spread] in &points {

@@ -14,8 +14,8 @@ pub(super) const LINE_PER_EM: f64 = 2384.0 / 2048.0;
 
 /// Registers the font once; returns whether this worked.
 pub(super) fn font_is_ready() -> bool {
-    static READY: OnceLock<bool> = OnceLock::new();
-    *READY.get_or_init(|| register_font(FAMILY, FontStyle::Normal, FONT).is_ok())
+    static FONT_REGISTERED: OnceLock<bool> = OnceLock::new();
+    *FONT_REGISTERED.get_or_init(|| register_font(FAMILY, FontStyle::Normal, FONT).is_ok())
 }
 
 /// Width of a text \[px\].

@@ -77,7 +77,7 @@ pub(super) use motion::Motion;
 pub use picture::{Drawn, Picture};
 pub use picture_kind::PictureKind;
 pub(super) use ramp::colours as ramp_colours;
-pub use request::{PlotRequest, USUAL_ORDERS};
+pub use request::{DEFAULT_ORDERS, PlotRequest};
 
 /// Requirement of pictures of a mesh.
 const MESH_NEEDED: &str =
@@ -238,7 +238,7 @@ impl Source {
             }
         }
         if let Some(results) = &self.results {
-            drawn.append(column::draw_loudness(results, request)?);
+            drawn.append(column::draw_deflection_rms(results, request)?);
         }
         Ok(drawn)
     }

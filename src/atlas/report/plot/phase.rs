@@ -38,7 +38,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
     let (point, why) = match request.point {
         Some(id) => (results.point(id)?, ""),
         None => {
-            let known = results.summary.all.iter().zip(&results.loudness);
+            let known = results.summary.all.iter().zip(&results.deflection_rms);
             let best = known.filter(|(point, _)| sampled(point)).max_by(|a, b| {
                 let chaos = liveliness(a.0).total_cmp(&liveliness(b.0));
                 chaos.then(a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))

@@ -5,7 +5,7 @@ use super::display::Display;
 use crate::manifest::Measured;
 
 /// Default mesh orders.
-pub const USUAL_ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
+pub const DEFAULT_ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
 
 /// The requested pictures.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -18,7 +18,7 @@ pub struct PlotRequest {
     pub by: Option<String>,
     /// `point_id` of pictures of one point; default: the most chaotic point, or the one with the largest RMS.
     pub point: Option<u64>,
-    /// Mesh orders of order cuts; empty for [`USUAL_ORDERS`].
+    /// Mesh orders of order cuts; empty for [`DEFAULT_ORDERS`].
     pub orders: Vec<f64>,
     /// Signal of spectral lines, as in spectra.parquet; default: the deflection.
     pub signal: Option<String>,

@@ -27,7 +27,7 @@ pub(super) struct Results {
     pub units: BTreeMap<String, String>,
     /// Root mean square deflection of every point \[m\], if measured; empty if no table with pictures of single points
     /// exists.
-    pub loudness: Vec<Option<f64>>,
+    pub deflection_rms: Vec<Option<f64>>,
     /// A note on missing parts, if any.
     caveat: Option<String>,
     /// Units of axes in pictures.
@@ -56,16 +56,16 @@ impl Results {
         }
         let summary = Summary::with_points(folder)?;
         let of_columns = ResultTable::head(folder, TableKind::Points)?.units()?;
-        let mut loudness = Vec::new();
+        let mut deflection_rms = Vec::new();
         let of_points = [TableKind::Poincare, TableKind::Spectra, TableKind::Branches];
         if (of_points.iter()).any(|kind| folder.join(kind.file_name()).exists()) {
             let columns = ["point_id", "deflection_rms"];
             ResultTable::scan(folder, TableKind::Points, &columns, |part| {
                 let ids = part.u64("point_id")?.into_iter();
-                loudness.extend(ids.zip(part.f64("deflection_rms")?));
+                deflection_rms.extend(ids.zip(part.f64("deflection_rms")?));
                 Ok::<_, StoreError>(())
             })?;
-            loudness.sort_by_key(|(id, _)| *id);
+            deflection_rms.sort_by_key(|(id, _)| *id);
         }
         let name = folder.file_name().map(|name| name.to_string_lossy());
         let job = summary.job.clone().or(name.map(Into::into));
@@ -85,7 +85,7 @@ impl Results {
             folder: folder.to_path_buf(),
             job: job.unwrap_or_default(),
             units: of_columns,
-            loudness: loudness.into_iter().map(|(_, value)| value).collect(),
+            deflection_rms: deflection_rms.into_iter().map(|(_, value)| value).collect(),
             summary,
             caveat,
         })

@@ -35,7 +35,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .summary
             .all
             .iter()
-            .zip(&results.loudness)
+            .zip(&results.deflection_rms)
             .filter(|(point, _)| has_lines(point.point_id))
             .max_by(|a, b| a.1.unwrap_or(0.0).total_cmp(&b.1.unwrap_or(0.0)))
             .map(|(point, _)| point)

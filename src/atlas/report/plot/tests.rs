@@ -35,7 +35,7 @@ fn outcome(id: u64, section: SampleKind) -> PointOutcome {
         twin_stderr: None,
         twin_agrees: None,
         method: LyapunovMethod::Tangent,
-        course: None,
+        convergence: None,
     });
     let sample = |cycle: u64| PoincareSample {
         cycle,

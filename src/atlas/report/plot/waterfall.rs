@@ -24,7 +24,7 @@ const ROW: f64 = 3.0;
 /// Smallest width of a column of cells \[px\]. Narrower columns are merged, and the largest level is shown.
 const NARROWEST: f64 = 2.0;
 /// Half the width of a single spectrum \[px\].
-const ALONE: f64 = 30.0;
+const SINGLE_HALF_WIDTH: f64 = 30.0;
 /// Largest number of shown orders.
 const MOST_ORDERS: f64 = 16.0;
 /// Number of distinct colours.
@@ -129,7 +129,7 @@ fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Ve
     let edge = |i: usize| -> f64 {
         let last = places.len() - 1;
         match i {
-            _ if last == 0 => places[0] + [-ALONE, ALONE][i.min(1)],
+            _ if last == 0 => places[0] + [-SINGLE_HALF_WIDTH, SINGLE_HALF_WIDTH][i.min(1)],
             0 => places[0] - 0.5 * (places[1] - places[0]),
             i if i > last => places[last] + 0.5 * (places[last] - places[last - 1]),
             i => 0.5 * (places[i - 1] + places[i]),

@@ -120,7 +120,7 @@ fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
     for of_point in orbits.chunk_by(|a, b| a.point_id == b.point_id) {
         let known = |point: &&PointSummary| point.point_id == of_point[0].point_id;
         if let Some(point) = summary.all.iter().find(known) {
-            _ = writeln!(text, "  point {}", words(summary, point));
+            _ = writeln!(text, "  point {}", point_words(summary, point));
         }
         for orbit in of_point {
             let line = format!(
@@ -139,8 +139,8 @@ fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
     }
 }
 
-/// `3: load 0.05, speed 1200 rad/s, sweep up`.
-fn words(summary: &Summary, point: &PointSummary) -> String {
+/// A point in words: `3: load 0.05, speed 1200 rad/s, sweep up`.
+fn point_words(summary: &Summary, point: &PointSummary) -> String {
     let place = place_words(summary, varied(&summary.axes), &point.axis_values);
     let sweep = point.direction.iter().map(|way| format!("sweep {way}"));
     let parts = Some(place)

@@ -25,7 +25,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
             twin_stderr: None,
             twin_agrees: None,
             method: LyapunovMethod::Tangent,
-            course: None,
+            convergence: None,
         }),
         cycles: 1000,
         measured_cycles: 800,

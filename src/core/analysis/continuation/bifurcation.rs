@@ -36,7 +36,7 @@ const RESONANT: f64 = 0.02;
 pub enum Unfollowed {
     /// The period of the branch is above the limit.
     #[error("period {period} is above longest_period")]
-    Long {
+    PeriodTooLong {
         /// Period of the branch.
         period: u32,
     },

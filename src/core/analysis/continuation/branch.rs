@@ -52,7 +52,7 @@ const FEW_REFUSALS: u32 = 2;
 
 /// Longest step, relative to the parameter's interval, by which a branch of doubled period may reach the orbits of
 /// half its period. A longer step shows that Newton's method has left the branch.
-const HOMECOMING: f64 = 1e-4;
+const LONGEST_STEP_TO_PARENT: f64 = 1e-4;
 
 /// Distance of a merging from the first orbit, relative to the interval, below which the branch has only turned back.
 const AT_START: f64 = 1e-7;
@@ -317,11 +317,12 @@ fn advance(
     }
     let mut orbit = found.complete(map, last.period).map_err(lost)?;
     let unit = map.unit();
-    let strays = orbit.repeats_sooner(unit) && !last.repeats_sooner(unit) && step > HOMECOMING;
+    let strays =
+        orbit.repeats_sooner(unit) && !last.repeats_sooner(unit) && step > LONGEST_STEP_TO_PARENT;
     if strays {
         return Err(End::Corner);
     }
-    let leaves = !span.holds(orbit.at[span.axis]);
+    let leaves = !span.contains(orbit.at[span.axis]);
     if leaves {
         orbit = at_the_end(map, span, last, &orbit)?;
     }
@@ -437,7 +438,7 @@ fn take(
         merging.length = knots[1].0;
         found.push(merging);
         // A multiplier is +1 at a merging, so a multiplier near +1 does not indicate a fold there.
-        let near = knots[1].0 - 2.0 * HOMECOMING;
+        let near = knots[1].0 - 2.0 * LONGEST_STEP_TO_PARENT;
         half_branch
             .bifurcations
             .retain(|bifurcation| !(turns(bifurcation) && bifurcation.length > near));

@@ -32,7 +32,7 @@ impl CurveSettings {
         self.to[axis] - self.from[axis]
     }
 
-    fn holds(&self, at: MapParameters) -> bool {
+    fn contains(&self, at: MapParameters) -> bool {
         (0..2).all(|axis| (self.from[axis]..=self.to[axis]).contains(&at[axis]))
     }
 
@@ -79,7 +79,7 @@ const MOST_TRIALS: usize = 60;
 
 /// Largest distance of a multiplier from its value at the bifurcation in a located point. A multiplier that jumps past its
 /// value stays farther away.
-const NEAR: f64 = 1e-4;
+const LARGEST_MULTIPLIER_ERROR: f64 = 1e-4;
 
 /// Depth that counts as zero, in sizes of the motion.
 const NO_DEPTH: f64 = 1e-12;
@@ -183,7 +183,7 @@ fn follow_one_direction(
                     }
                     continue;
                 }
-                if !plane.holds(orbit.at) {
+                if !plane.contains(orbit.at) {
                     points.push(CurvePoint { orbit, note: None });
                     break "the interval ends";
                 }
@@ -397,7 +397,7 @@ fn point(
     let mut older = (x, function.at(map, &first, period)?, first);
     let mut change = slope.map_or(FIRST_TRIAL, |slope| -older.1 / slope);
     // A slope across a jump of the multiplier is useless at the next point.
-    if change.abs() <= LOCATED && older.1.abs() > NEAR {
+    if change.abs() <= LOCATED && older.1.abs() > LARGEST_MULTIPLIER_ERROR {
         change = FIRST_TRIAL;
     }
     // The last trials with a negative and a positive value.
@@ -409,7 +409,7 @@ fn point(
         } else {
             older.1 == 0.0 || change.abs() <= LOCATED
         };
-        if located && !is_graze && older.1.abs() > NEAR {
+        if located && !is_graze && older.1.abs() > LARGEST_MULTIPLIER_ERROR {
             return Err(JUMPS);
         }
         if located {

@@ -249,7 +249,7 @@ fn follow_branches_at(
         return None;
     }
     if bifurcation.kind == Kind::PeriodDoubling && period > settings.search.longest {
-        return Some(Unfollowed::Long { period });
+        return Some(Unfollowed::PeriodTooLong { period });
     }
     let mut unfollowed_branch = None;
     for begins in switch::branches(map, span, &bifurcation) {
@@ -265,7 +265,7 @@ fn follow_branches_at(
                     settings.most
                 )
             }
-            Ok([_, second]) if !span.holds(second.at[span.axis]) => {
+            Ok([_, second]) if !span.contains(second.at[span.axis]) => {
                 "it leaves the interval".to_owned()
             }
             Ok([first, second]) => {

@@ -176,7 +176,7 @@ pub(super) fn locate(
     for _ in 0..MOST_TRIALS {
         let width = high.0 - low.0;
         let p = [&low, &high].map(|end| end.2.at[span.axis]);
-        let approached = !off(test, &nearer(&low, &high).2);
+        let approached = !is_fold_inexact(test, &nearer(&low, &high).2);
         let together = (p[0] - p[1]).abs() <= LOCATED * span.scale();
         if width <= LOCATED || together && width <= NARROW && approached {
             break;
@@ -235,7 +235,7 @@ fn beyond_secant(secant: f64, width: f64, misses: i32) -> f64 {
 }
 
 /// Whether a fold is sought and the orbit's multiplier is not yet close enough to +1.
-fn off(test: &Test, orbit: &Orbit) -> bool {
+fn is_fold_inexact(test: &Test, orbit: &Orbit) -> bool {
     matches!(test, Test::PlusOne)
         && critical(&Kind::Fold, orbit)
             .is_none_or(|m| off_circle(&Kind::Fold, m) > 0.01 * ON_CIRCLE)

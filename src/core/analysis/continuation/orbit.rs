@@ -127,10 +127,11 @@ pub enum NoOrbit {
 /// An orbit without multipliers and details.
 #[derive(Debug, Clone)]
 pub struct OrbitSolution {
-    /// Coordinates.
+    /// State at the start of the orbit, in the coordinates u of the map ([`super::map`]).
     pub u: Vec<f64>,
-    /// Parameters.
+    /// Parameters at which it is the orbit.
     pub at: MapParameters,
+    /// Distance of u from its image after a period \[half gaps\].
     residual: f64,
     /// Newton steps.
     pub steps: u32,

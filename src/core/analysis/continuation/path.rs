@@ -39,7 +39,7 @@ impl Span {
     }
 
     /// Whether a value lies in the interval, including its ends.
-    pub fn holds(&self, value: f64) -> bool {
+    pub fn contains(&self, value: f64) -> bool {
         (self.from..=self.to).contains(&value)
     }
 }
@@ -143,7 +143,7 @@ pub fn place(
     guess: &Vector,
     across: PathCondition<'_>,
 ) -> Result<Orbit, NoOrbit> {
-    place_bare(map, span, like, guess, across)?.with_details(map)
+    solution(map, span, like, guess, across)?.complete(map, like.period)
 }
 
 /// Finds the orbit near a guess, without details except its size.

@@ -179,7 +179,10 @@ impl Record {
         let all: Vec<[f64; 2]> = (0..self.vectors)
             .map(|i| {
                 let growth = grows(i);
-                [mean(&growth), SIGMAS * standard_error(&stretches(&growth))]
+                [
+                    mean(&growth),
+                    SIGMAS * standard_error(&stretch_means(&growth)),
+                ]
             })
             .collect();
         [1.0, -1.0].map(|sign| all.iter().filter(|[g, error]| sign * g > *error).count())
@@ -210,7 +213,7 @@ impl Record {
                 angles.push(coefficients.angle(unstable, stable)?);
             }
         }
-        let errors = growths.iter().map(|g| standard_error(&stretches(g)));
+        let errors = growths.iter().map(|g| standard_error(&stretch_means(g)));
         Some(CovariantOutcome {
             exponents: growths.iter().map(|g| mean(g)).collect(),
             errors: errors.collect(),
@@ -220,7 +223,7 @@ impl Record {
             angle: (!angles.is_empty()).then(|| AngleOutcome {
                 min: angles.iter().copied().fold(f64::INFINITY, f64::min),
                 mean: mean(&angles),
-                stderr: standard_error(&stretches(&angles)),
+                stderr: standard_error(&stretch_means(&angles)),
                 quantiles: (ANGLE_SHARES.iter())
                     .filter_map(|share| Some(quantile(&angles, *share)?.0))
                     .collect(),
@@ -230,8 +233,8 @@ impl Record {
     }
 }
 
-/// Averages over stretches of ten cycles.
-fn stretches(values: &[f64]) -> Vec<f64> {
+/// Means over stretches of ten cycles.
+fn stretch_means(values: &[f64]) -> Vec<f64> {
     let stretches = values.chunks_exact(CYCLES_PER_AVERAGE as usize);
     stretches.map(mean).collect()
 }

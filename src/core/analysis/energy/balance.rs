@@ -26,6 +26,8 @@ pub(in crate::analysis) struct Balance<'m> {
     rule: &'static GaussLegendre,
     /// The impulses since the last window \[N s\], each with its direction.
     pub(super) struck: Vec<(usize, f64)>,
+    /// Work that moving stops have done by these impulses \[J\].
+    pub(super) given_by_stops: f64,
 }
 
 /// The contacts at one end of a window.
@@ -101,6 +103,7 @@ impl<'m> Balance<'m> {
         Self {
             last: None,
             struck: Vec::new(),
+            given_by_stops: 0.0,
             coupled: CoupledModes::of(motion.model()),
             motion,
             rule: RULE.get_or_init(|| GaussLegendre::new(TERMS + STIFFNESS_TERMS)),
@@ -116,6 +119,7 @@ impl<'m> Balance<'m> {
     pub fn restart(&mut self) {
         self.last = None;
         self.struck.clear();
+        self.given_by_stops = 0.0;
     }
 
     /// Energy stored in structure and contacts at the start of a window \[J\].
@@ -209,7 +213,9 @@ impl<'m> Balance<'m> {
         }
         if !self.struck.is_empty() {
             let gained = self.gained_by_impacts(window.first, window.second);
-            work(Cause::Contact, gained);
+            let given = std::mem::take(&mut self.given_by_stops);
+            work(Cause::Error, given);
+            work(Cause::Contact, gained - given);
             self.struck.clear();
         }
         self.last = Some(WindowEndContacts::end(self.model(), window));
@@ -276,7 +282,7 @@ impl<'m> Balance<'m> {
             }
             for (friction, closed) in friction.iter_mut().zip(window.closed) {
                 let segment = &window.segments[closed.contact];
-                let direction = model.direction_of_motion(closed.contact, segment);
+                let direction = model.motion_direction_index(closed.contact, segment);
                 let gain = &model.directions[direction].gains[i];
                 let rubbing = gain.mesh_input[1] - gain.deflection[0];
                 if rubbing != 0.0 {
@@ -312,7 +318,7 @@ impl<'m> Balance<'m> {
         let segment = &window.segments[closed.contact];
         let (mut deflection, force) = (padded(closed.deflection), padded(closed.force));
         let model = self.model();
-        let direction = model.direction_of_motion(closed.contact, segment);
+        let direction = model.motion_direction_index(closed.contact, segment);
         for h in &model.lines[model.directions[direction].line].transmission_error {
             // e' = −a ω sin(ωt + φ) = a ω cos(ωt + φ + π/2).
             let phase = h.turned(window.cycle, window.start) + h.phase + FRAC_PI_2;

@@ -14,10 +14,20 @@ impl Balance<'_> {
         if let Some(stop) = struck {
             let (rests, push) = self.model().impulses_at_rests(stop, event.from);
             let impulse = (1.0 + stop.restitution) * event.rate / push;
+            self.given_by_stops -= impulse * self.rate_of_stop(event);
             let rests = rests.into_iter().chain([(stop.constraint(), 1.0)]);
             self.struck
                 .extend(rests.map(|(constraint, share)| (constraint.direction, share * impulse)));
         }
+    }
+
+    /// Rate of the stop that is hit, along its line \[m/s\].
+    fn rate_of_stop(&self, event: &Event) -> f64 {
+        let contact = &self.model().contacts[event.contact];
+        let segment = contact.cycle(event.cycle).segment_at(event.time);
+        let [_, opening] = contact.gap(segment, event.time);
+        let line = &self.model().lines[self.model().line(segment)];
+        line.transmission_error_at(event.cycle, event.time).1 + contact.side * opening
     }
 
     /// Energy \[J\] that the structure has gained by the impacts since the last window, from its state after them.

@@ -4,7 +4,7 @@ use super::HorizonMeasure;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
 /// Number of cycles in an average from which on spreads follow a power law; shorter averages are correlated.
-const FROM: u64 = 10;
+const POWER_LAW_FROM: u64 = 10;
 
 /// Numbers of cycles 1, 2, 5, 10, 20, 50, … up to and including `longest`.
 pub(super) fn ladder(longest: u64) -> Vec<u64> {
@@ -37,7 +37,7 @@ pub(super) fn mean_logarithms(logarithms: &[f64]) -> f64 {
 /// `ln spread` is about `1/2(samples − 1)`); `None` from fewer than three lengths.
 pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> Option<f64> {
     let points: Vec<[f64; 3]> = measures
-        .filter(|m| m.cycles >= FROM && m.samples > 2 && m.spread > 0.0)
+        .filter(|m| m.cycles >= POWER_LAW_FROM && m.samples > 2 && m.spread > 0.0)
         .map(|m| {
             [
                 (m.samples - 1) as f64,

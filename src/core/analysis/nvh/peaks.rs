@@ -82,7 +82,7 @@ impl Highest {
         self.most > self.least
     }
 
-    /// Adds a window.
+    /// Takes a window into account; `upwards` for its maximum, else for the negative of its minimum.
     fn offer(&mut self, at_nodes: &NodeValues<'_>, upwards: bool) {
         let range = at_nodes.range;
         let high = if upwards { range.high } else { -range.low };

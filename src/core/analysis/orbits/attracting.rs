@@ -188,7 +188,7 @@ const OTHERS_LEFT: f64 = 0.1;
 const ALIGNED: f64 = 0.9;
 
 /// Smallest decrease of an approach along the slowest direction, relative to the prediction.
-const FALLS: f64 = 0.1;
+const LEAST_DECREASE: f64 = 0.1;
 
 /// Largest number of states tried between a trajectory and an orbit, each at [`NEARER`] times the distance of the
 /// previous one.
@@ -282,7 +282,7 @@ fn comes_along_a_line<K: Kernel>(
         let [before, after, predicted] =
             [&observed.before, &observed.after, &observed.predicted].map(|offset| offset.norm_l2());
         let along = product(observed.predicted.transpose(), observed.after.as_ref())[(0, 0)];
-        let falls = after <= before * (1.0 - FALLS * watch.decrease);
+        let falls = after <= before * (1.0 - LEAST_DECREASE * watch.decrease);
         if !(observed.same_events && falls && along >= ALIGNED * after * predicted) {
             return Ok(None);
         }
@@ -302,9 +302,9 @@ const JUST_DOUBLED: f64 = -1.1;
 /// Smallest and largest displacement, in half gaps, at which an orbit of twice the period is sought near its parent.
 const DISPLACEMENTS: [f64; 2] = [1e-5, 0.3];
 
-/// Largest distance of an orbit of twice the period from its parent, relative to the displacement from which it was
-/// found. A more distant orbit does not belong to the period doubling.
-const LARGEST_DISTANCE: f64 = 4.0;
+/// Largest distance of an orbit of twice the period from its parent, in displacements from which it was found. A more
+/// distant orbit does not belong to the period doubling.
+const FARTHEST_DOUBLED: f64 = 4.0;
 
 /// The attracting orbit of twice the period near `parent`, if a period doubling alone has made `parent` unstable. If
 /// the trajectory is nearer to the parent than halfway between both orbits, it is moved to halfway. It would reach
@@ -347,7 +347,7 @@ fn doubled<K: Kernel>(
             && orbit.spectral_radius() < 1.0
         {
             let apart = norm.distance(&orbit.start.state, &parent.start.state) / norm.unit();
-            if apart > SAME_POINT && apart <= LARGEST_DISTANCE * by {
+            if apart > SAME_POINT && apart <= FARTHEST_DOUBLED * by {
                 let away = norm.distance(&trajectory.state, &parent.start.state) / norm.unit();
                 if away < 0.5 * apart {
                     let ends = parent.start.state.iter().zip(&orbit.start.state);

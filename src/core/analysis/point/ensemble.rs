@@ -8,7 +8,7 @@ use super::run::{Interruption, PointRun};
 use super::settle::{OrbitSearchTimes, cycles};
 use crate::analysis::classify::{Evidence, Verdict, classify};
 use crate::analysis::config::Effort;
-use crate::analysis::course::course;
+use crate::analysis::convergence::convergence;
 use crate::analysis::dimension::kaplan_yorke;
 use crate::analysis::evidence::{ChaosAverages, ChaosOutcome, EvidenceOutcome, GrowthRecord};
 use crate::analysis::outcome::{
@@ -291,8 +291,8 @@ impl<K: Kernel> PointRun<'_, K> {
                 Some(_) => LyapunovMethod::Birkhoff,
                 None => LyapunovMethod::Tangent,
             },
-            course: (self.config.lyapunov).and_then(|config| {
-                course(
+            convergence: (self.config.lyapunov).and_then(|config| {
+                convergence(
                     &series[..kept_count],
                     growth.averages().stretch(),
                     config.course,

@@ -7,7 +7,7 @@
 
 use super::instruments::Record;
 use super::run::PointRun;
-use crate::analysis::classify::{APART, parts_exponentially};
+use crate::analysis::classify::{DIFFERENT_RHAT, parts_exponentially};
 use crate::analysis::config::Effort;
 use crate::numerics::chains::{ess, rhat};
 use crate::numerics::statistics::{correlation_time, mean, skewness, standard_error};
@@ -53,7 +53,7 @@ pub(super) struct LookResult {
 impl LookResult {
     /// R-hat, if it shows that trajectories do not share one motion.
     pub(super) fn apart(&self) -> Option<f64> {
-        self.rhat.filter(|rhat| *rhat > APART)
+        self.rhat.filter(|rhat| *rhat > DIFFERENT_RHAT)
     }
 }
 

@@ -113,7 +113,7 @@ mod tests {
                 twin_stderr: None,
                 twin_agrees: None,
                 method: LyapunovMethod::Tangent,
-                course: None,
+                convergence: None,
             }),
             measured_cycles: 400,
             ..PointOutcome::without_results(Status::NotConverged, String::new())

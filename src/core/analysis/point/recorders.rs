@@ -189,8 +189,10 @@ impl Observer for Recorders {
 
     fn event(&mut self, event: &Event) {
         self.poincare.event(event);
-        if let Some(nvh) = self.nvh.as_mut().filter(|_| !self.enough) {
-            nvh.event(event);
+        if self.enough {
+            return;
         }
+        (self.nvh.iter_mut()).for_each(|recorder| recorder.event(event));
+        (self.power.iter_mut()).for_each(|recorder| recorder.event(event));
     }
 }

@@ -6,7 +6,7 @@ use crate::analysis::averages::CYCLES_PER_AVERAGE;
 use crate::analysis::config::PointConfig;
 use crate::analysis::contact_jumps::ContactJumps;
 use crate::analysis::divergence::{Bounds, Runaway};
-use crate::analysis::energy::{EnergyAudit, objection};
+use crate::analysis::energy::{EnergyAudit, imbalance_message};
 use crate::analysis::interrupt::Interrupted;
 use crate::analysis::lyapunov::TangentGrowth;
 use crate::analysis::norm::EnergyNorm;
@@ -191,8 +191,8 @@ impl<K: Kernel> PointRun<'_, K> {
         lyapunov: Option<LyapunovOutcome>,
         record: &mut Record,
     ) -> PointOutcome {
-        let (status, reason) = match self.objection() {
-            Some(objection) => (Status::Inaccurate, format!("{objection}; {reason}")),
+        let (status, reason) = match self.unreliable_reason() {
+            Some(unreliable) => (Status::Inaccurate, format!("{unreliable}; {reason}")),
             None => (status, reason),
         };
         let watch = &mut record.watch;
@@ -222,9 +222,9 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// Why the results are unreliable, if the energy balance does not close. Approximate kernels are not
     /// checked, because they leave a residual by design.
-    fn objection(&self) -> Option<String> {
+    fn unreliable_reason(&self) -> Option<String> {
         let residual = self.energy_residual.filter(|_| self.kernel.exact())?;
-        objection(residual)
+        imbalance_message(residual)
     }
 
     /// The outcome of an integration that a kernel ended.

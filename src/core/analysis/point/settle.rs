@@ -273,7 +273,7 @@ impl<K: Kernel> PointRun<'_, K> {
             twin_stderr: twin.map(|t| t.error),
             twin_agrees: twin.map(|t| t.agrees),
             method: LyapunovMethod::Multipliers,
-            course: None,
+            convergence: None,
         })
     }
 

@@ -14,7 +14,7 @@ use crate::analysis::recurrence::Recurrence;
 use crate::propagate::{Counters, Kernel};
 
 /// Longest period of an excitation, in mesh cycles, over which contact is observed.
-const LONGEST_LOOK: u32 = 64;
+const LONGEST_PERIOD: u32 = 64;
 
 /// The steady motion of a point, as far as it is known.
 pub(super) struct Steady {
@@ -32,7 +32,7 @@ impl Steady {
     /// A record before any cycle. `None` if the excitation has no short period.
     pub(super) fn new(recurrence: &Recurrence) -> Option<Self> {
         let period = recurrence.excitation()?;
-        (period <= LONGEST_LOOK).then(|| Self {
+        (period <= LONGEST_PERIOD).then(|| Self {
             period,
             cycles_without_event: 0,
             next: period.into(),

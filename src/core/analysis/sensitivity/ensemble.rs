@@ -41,7 +41,7 @@ pub struct Slope {
     /// Mean of the averages at both values of the parameter.
     pub value: f64,
     /// Derivative of this mean, per unit of the parameter.
-    pub by: f64,
+    pub by_parameter: f64,
     /// Standard error of the derivative.
     pub error: f64,
     /// The derivative and its error from a step twice as large.
@@ -53,14 +53,14 @@ const AGREE: f64 = 3.0;
 
 impl Slope {
     /// Why the slope is unreliable; `None` if it is reliable.
-    pub fn objection(&self) -> Option<&'static str> {
+    pub fn unreliable_reason(&self) -> Option<&'static str> {
         let both = self.error.hypot(self.doubled[1]);
-        if (self.by - self.doubled[0]).abs() > AGREE * both {
+        if (self.by_parameter - self.doubled[0]).abs() > AGREE * both {
             return Some(
                 "doubling the step changes the slope: the average is not linear in the parameter",
             );
         }
-        (self.by.abs() < 2.0 * self.error).then_some("the error is as large as the slope")
+        (self.by_parameter.abs() < 2.0 * self.error).then_some("the error is as large as the slope")
     }
 }
 
@@ -109,12 +109,12 @@ pub fn slope(members: [&[f64]; 4], step: f64) -> Slope {
         let square = slopes.iter().map(|s| (s - mean).powi(2)).sum::<f64>() / (n - 1.0);
         [mean, (square / n).sqrt()]
     };
-    let [by, error] = of(members[1], members[2], 2.0 * step);
+    let [by_parameter, error] = of(members[1], members[2], 2.0 * step);
     let all = members[1].iter().chain(members[2]);
     let value = all.sum::<f64>() / (members[1].len() + members[2].len()) as f64;
     Slope {
         value,
-        by,
+        by_parameter,
         error,
         doubled: of(members[0], members[3], 4.0 * step),
     }

@@ -38,7 +38,7 @@ pub struct Derivative {
     /// Value of the quantity.
     pub value: f64,
     /// Derivative of the value; NaN for an RMS or an amplitude that is only round-off, because these have a kink at zero.
-    pub by: f64,
+    pub by_parameter: f64,
 }
 
 /// The quantities of an orbit with their derivatives: those of [`QUANTITIES`], then the amplitudes of the
@@ -144,13 +144,18 @@ impl Sums {
         let amplitudes = self.harmonics.iter().map(|[c, c_p]| {
             let scale = 2.0 / self.time;
             let value = scale * c.norm();
-            let by = if value > least { scale * (c.conj() * c_p).re / c.norm() } else { f64::NAN };
-            Derivative { value, by }
+            [
+                value,
+                if value > least { scale * (c.conj() * c_p).re / c.norm() } else { f64::NAN },
+            ]
         });
         [[mean, mean_p], [rms, rms_p], [force, force_p], self.peak]
             .into_iter()
-            .map(|[value, by]| Derivative { value, by })
             .chain(amplitudes)
+            .map(|[value, by_parameter]| Derivative {
+                value,
+                by_parameter,
+            })
             .collect()
     }
 

@@ -41,7 +41,7 @@ pub(super) const ACCURACY: f64 = 1e-13;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DecouplingError {
     /// The lengths of the arguments do not belong to the same number of modes.
-    #[error("give damping and stiffness as {0} by {0} matrices, one row for each frequency")]
+    #[error("give damping and stiffness as {0} by {0} matrices, one row per mode")]
     Size(usize),
     /// A frequency is negative, or a number is infinite or NaN.
     #[error("give finite numbers only, and frequencies that are not negative")]

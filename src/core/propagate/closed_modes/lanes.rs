@@ -44,7 +44,7 @@ pub const FACTORS: [f64; 2 * TERMS] = {
 /// Largest `(|μ| + √|s|) t` of short times, for which [`TERMS`] terms of these series are exact to round-off.
 pub const SHORT: f64 = 0.47;
 
-/// Largest `(|μ| + √|s|) t` for which three powers of G are exact to round-off.
+/// Largest `(|μ| + √|s|) t` for which `e^{Gt}` is exact to round-off with three powers of G ([`Chunk`]).
 pub const LITTLE: f64 = 1e-4;
 
 /// The modes that a map between padded states mixes; it does not change the others.

@@ -79,7 +79,7 @@ pub struct ClosedModes<'m> {
 impl<'m> ClosedModes<'m> {
     /// Largest number of sets of closed contacts for which all tables are computed. With more sets, tables
     /// are computed only for the sets that a motion reaches.
-    pub const FEW: usize = Sets::FEW;
+    pub const MOST_PRECOMPUTED: usize = Sets::MOST_PRECOMPUTED;
 
     /// Builds the kernel of a model, bases included.
     ///
@@ -125,7 +125,7 @@ impl<'m> ClosedModes<'m> {
     ///
     /// # Errors
     /// As for [`Self::from_kept`].
-    pub fn takes(model: &Model, kept: &dyn KeptTables) -> Result<(), TableError> {
+    pub fn check_kept(model: &Model, kept: &dyn KeptTables) -> Result<(), TableError> {
         let (sets, bases) = read(model, kept)?;
         all_unresonant(model, &sets, &bases, &Frequencies::new(model))
     }

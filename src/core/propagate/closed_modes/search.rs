@@ -20,7 +20,7 @@ pub trait Margin {
     fn at(&mut self, time: f64) -> [f64; 3];
 
     /// The same margin for functions that are compiled for every machine.
-    fn portable(&mut self) -> &mut dyn Margin;
+    fn dispatched(&mut self) -> &mut dyn Margin;
 }
 
 /// An interval of a block.
@@ -90,7 +90,7 @@ pub fn exit<M: Margin + ?Sized>(
         return None;
     }
     exit_of_halves(
-        margin.portable(),
+        margin.dispatched(),
         bounds,
         None,
         interval,
@@ -122,7 +122,7 @@ pub fn exit_behind<M: Margin + ?Sized>(
         return None;
     }
     exit_of_halves(
-        margin.portable(),
+        margin.dispatched(),
         bounds,
         Some(rate),
         interval,
@@ -299,7 +299,7 @@ mod tests {
             (self.0)(time)
         }
 
-        fn portable(&mut self) -> &mut dyn Margin {
+        fn dispatched(&mut self) -> &mut dyn Margin {
             self
         }
     }

@@ -45,7 +45,7 @@ impl Sets {
             weights: Vec::new(),
             count: 1,
         };
-        if model.softens() {
+        if model.has_negative_stiffness() {
             return Err(TableError::Softening);
         }
         for contact in &model.contacts {
@@ -97,7 +97,7 @@ impl Sets {
     }
 
     /// Largest number of systems for which all tables are computed.
-    pub const FEW: usize = 256;
+    pub const MOST_PRECOMPUTED: usize = 256;
 
     /// Free flight: no contact is closed.
     pub const FREE: usize = 0;
@@ -109,7 +109,7 @@ impl Sets {
 
     /// Whether tables of all systems are computed.
     pub fn are_few(&self) -> bool {
-        self.count <= Self::FEW
+        self.count <= Self::MOST_PRECOMPUTED
     }
 
     /// The set in which every contact is closed at its stiffest.

@@ -182,7 +182,7 @@ impl VaryingSpeed {
         let mut reach = self.reach(motion, stretch, (start, longest), workspace);
         self.expand(motion, &reach, workspace);
         for _ in 0..HALVINGS {
-            if ends(&workspace.motions) {
+            if has_converged(&workspace.motions) {
                 break;
             }
             reach = self.reach(motion, stretch, (start, 0.5 * reach.length), workspace);
@@ -417,7 +417,7 @@ fn is_constant(segment: &Segment) -> bool {
 }
 
 /// Whether the series of a window have converged.
-fn ends(motions: &WindowSeries) -> bool {
+fn has_converged(motions: &WindowSeries) -> bool {
     let short = |series: &[f64; TERMS]| {
         let sum: f64 = series.iter().map(|a| a.abs()).sum();
         let tail = series[TERMS - 1].abs() + series[TERMS - 2].abs();

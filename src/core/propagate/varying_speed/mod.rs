@@ -82,7 +82,7 @@ pub struct VaryingSpeed {
     /// Mesh cycles per radian of the pinion.
     cycles_per_radian: f64,
     /// From [`crate::model::LoadTerms`].
-    mobility: Option<[f64; 2]>,
+    mobility: [Option<f64>; 2],
     on_bearings: Vec<[f64; LOAD_TERMS]>,
     outputs: Vec<Rows>,
     bearings: Vec<Rows>,
@@ -155,10 +155,20 @@ impl VaryingSpeed {
     }
 
     /// Mean angular acceleration of the pinion \[rad/s²\] under torques on the pinion's and the wheel's shaft \[N
-    /// m\], each positive in its sense of rotation. `None` if the drive does not rotate freely.
+    /// m\], each positive in its sense of rotation. `None` if the drive does not rotate freely, or dampers slow it down.
     pub fn mean_acceleration(&self, torques: [f64; 2]) -> Option<f64> {
-        let [pinion, wheel] = self.mobility?;
-        Some(pinion * torques[0] + wheel * torques[1])
+        let is_damped = |i: usize| !self.model.neutral.contains(&i);
+        if self.model.free_rotations().any(is_damped) {
+            return None;
+        }
+        let [pinion, wheel] = self.mobility;
+        Some(pinion? * torques[0] + wheel? * torques[1])
+    }
+
+    /// Whether the drive turns freely, but nothing tells where the torque acts that accelerates it.
+    pub fn lacks_torque(&self) -> bool {
+        let turns = self.model.has_flanks() && self.model.free_rotations().next().is_some();
+        turns && self.mobility[0].is_none()
     }
 
     /// A motion that continues a trajectory, at time 0.

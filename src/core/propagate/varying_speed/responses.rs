@@ -22,7 +22,7 @@ pub const FACTORIALS: Powers = {
 };
 
 /// 1/j!.
-pub const SHARES: Powers = {
+pub const INVERSE_FACTORIALS: Powers = {
     let mut all = [1.0; TERMS];
     let mut j = 1;
     while j < TERMS {

@@ -34,7 +34,7 @@ impl SpeedInterval {
     /// drive does not rotate freely.
     #[must_use]
     pub fn accelerated(mut self, kernel: &VaryingSpeed) -> Self {
-        if let Some([mobility, _]) = kernel.mobility {
+        if let Some(mobility) = kernel.mobility[0] {
             let acceleration = rate(&rate(&self.rotation));
             for (torque, a) in self.torques[0].iter_mut().zip(acceleration) {
                 *torque += a / mobility;

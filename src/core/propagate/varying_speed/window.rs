@@ -7,7 +7,7 @@
 //! beyond 24 are within round-off.
 
 use super::powers::{COURSE_TERMS, Course, Powers};
-use super::responses::{Delayed, FACTORIALS, SHARES, answer, delayed};
+use super::responses::{Delayed, FACTORIALS, INVERSE_FACTORIALS, answer, delayed};
 use super::rows::Rows;
 use super::system::{System, Wave};
 use crate::model::LOAD_TERMS;
@@ -175,7 +175,7 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, motions: &mut Window
     for j in 0..TERMS {
         for (place, &[line, _]) in motions.lines.iter().enumerate() {
             motions.deflections[line][j] =
-                motions.seen[place][j] * SHARES[j] - motions.errors[line][j];
+                motions.seen[place][j] * INVERSE_FACTORIALS[j] - motions.errors[line][j];
         }
         for k in 0..motions.closed.len() {
             let Closed {
@@ -190,7 +190,7 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, motions: &mut Window
             let mut sum = 0.0;
             // Forces up to j − 1 determine deflections up to j + 1.
             if damping != 0.0 && j + 1 < TERMS {
-                let next = motions.seen[place][j + 1] * SHARES[j + 1];
+                let next = motions.seen[place][j + 1] * INVERSE_FACTORIALS[j + 1];
                 let rate = next - motions.errors[line][j + 1] - side * law.gap[j + 1];
                 sum = damping * (j + 1) as f64 / length * rate;
             }

@@ -208,10 +208,10 @@ impl JointWindow<'_> {
         self.table(contact).contact(self.set)
     }
 
-    /// The response of a contact's deflection to the force of another contact.
-    fn response_of(&self, force: usize, contact: usize) -> Option<&Response> {
+    /// The response of a contact's deflection to the force of contact `source`.
+    fn response_of(&self, source: usize, contact: usize) -> Option<&Response> {
         let line = self.model.line(&self.segments[contact]);
-        self.contact(force).response_on(line)
+        self.contact(source).response_on(line)
     }
 
     /// Solves the system of all contacts by elimination.

@@ -1,4 +1,4 @@
-//! Where does a window start, and which schedule or stretch does it follow?
+//! Where does a window start, and which stretch of a schedule, or joint stretch, does it follow?
 
 use super::joint_stretch::JointStretch;
 use super::table_requests::LineView;
@@ -23,12 +23,12 @@ pub(super) struct Position {
     pub forceless: ActiveSet,
 }
 
-/// The schedule or stretch that a window follows.
+/// The stretch that a window follows.
 #[derive(Clone, Copy)]
 pub(super) enum WindowSource<'t> {
     /// A stretch of a schedule: at most one contact is closed.
     Schedule(&'t Schedule, usize),
-    /// Several contacts are closed.
+    /// A joint stretch: several contacts are closed.
     Joint(&'t JointStretch),
 }
 

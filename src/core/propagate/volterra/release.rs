@@ -135,7 +135,7 @@ impl Volterra<'_> {
             let limit = first.map_or(limit, |(crossing, _)| crossing.x);
             let indentation = self.indentation(contact, position, track, workspace);
             let crossing = if active.holds(contact) {
-                self.lets_go(
+                self.opening(
                     (contact, active),
                     &indentation,
                     position,
@@ -144,7 +144,7 @@ impl Volterra<'_> {
                     counters,
                 )
             } else {
-                self.takes_hold(contact, &indentation, position, limit, counters)
+                self.reloading(contact, &indentation, position, limit, counters)
             };
             let earlier = |(x, _): &(f64, ContactCondition)| {
                 first.is_none_or(|(first, _)| {
@@ -221,7 +221,7 @@ impl Volterra<'_> {
     }
 
     /// The position where a closed contact opens.
-    fn lets_go(
+    fn opening(
         &self,
         (contact, active): (usize, ActiveSet),
         indentation: &Indentation,
@@ -255,7 +255,7 @@ impl Volterra<'_> {
     }
 
     /// The position where an unladen contact takes load again.
-    fn takes_hold(
+    fn reloading(
         &self,
         contact: usize,
         indentation: &Indentation,

@@ -133,7 +133,7 @@ impl Volterra<'_> {
                 for (place, &contact) in group.iter().enumerate() {
                     let gap_error = gap_errors.as_ref().and_then(|all| all[place].as_ref());
                     if excluded.holds(contact)
-                        || self.is_behind(contact, &view.contacts, active)
+                        || self.is_out_of_reach(contact, &view.contacts, active)
                         || (films && self.is_shielded(contact, active, start))
                     {
                         continue;
@@ -193,7 +193,7 @@ impl Volterra<'_> {
 
     /// Whether an open contact is out of reach because a contact on the other side of its line, or a thinner layer of
     /// its film, is closed.
-    fn is_behind(&self, contact: usize, others: &[usize], active: ActiveSet) -> bool {
+    fn is_out_of_reach(&self, contact: usize, others: &[usize], active: ActiveSet) -> bool {
         let contacts = &self.model.contacts;
         let opposite = |other: &usize| {
             active.holds(*other) && contacts[*other].side == -contacts[contact].side

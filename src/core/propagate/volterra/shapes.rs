@@ -25,7 +25,7 @@ pub type GapError = [f64; STIFFNESS_TERMS];
 
 /// Sizes that all tables of a model share.
 #[derive(Debug, Clone, Copy)]
-pub struct Layout {
+pub struct TableLayout {
     /// Blocks rounded up to whole chunks.
     pub padded: usize,
     /// Inputs that act on the blocks, which come first: the constant 1 and (cos, sin) of every ripple.
@@ -35,7 +35,7 @@ pub struct Layout {
     pub inputs: usize,
 }
 
-impl Layout {
+impl TableLayout {
     /// The layout for a model with this number of frequencies of transmission errors.
     pub fn new(model: &Model, frequencies: usize) -> Self {
         let acting = 1 + 2 * model.ripple.len();

@@ -3,7 +3,7 @@
 use super::block_exponential::BlockExponential;
 use super::grid::{Grid, distinct};
 use super::joint_stretch::{JointStretch, can_join, joint_stretches, missing_lengths};
-use super::shapes::{BlockChunk, GapError, LANES, Lanes, Layout};
+use super::shapes::{BlockChunk, GapError, LANES, Lanes, TableLayout};
 use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
@@ -14,7 +14,7 @@ use crate::numerics::legendre::transforms8;
 #[derive(Debug)]
 pub struct VolterraTables {
     /// Sizes.
-    pub layout: Layout,
+    pub layout: TableLayout,
     /// Angular frequencies of all transmission errors \[rad/s\], with their turns per mesh cycle.
     pub frequencies: Vec<[f64; 2]>,
     /// Whether all of them repeat after a base period; orders of a shaft may not.
@@ -89,7 +89,7 @@ impl VolterraTables {
         for h in model.transmission_errors() {
             place(&mut frequencies, [h.angular_frequency, h.turns_per_cycle]);
         }
-        let layout = Layout::new(model, frequencies.len());
+        let layout = TableLayout::new(model, frequencies.len());
         let base = model.base_cycles() as u64;
         let mut grids: Vec<(usize, u64, Grid)> = Vec::new();
         let mut schedules_of_contact: Vec<Vec<usize>> = Vec::new();

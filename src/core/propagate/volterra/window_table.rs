@@ -3,7 +3,7 @@
 use super::block_exponential::{BlockExponential, Kernels, impulse};
 use super::contact_tables::{ContactRequest, ContactTables, LineResponse};
 use super::lanes::{self, ExponentialChunk, Windows};
-use super::shapes::{LANES, Layout, Row, TERMS};
+use super::shapes::{LANES, Row, TERMS, TableLayout};
 use super::window_stiffness::WindowStiffness;
 use crate::model::Model;
 use crate::numerics::convolution::convolution24;
@@ -40,7 +40,7 @@ impl WindowTable {
     /// other lines on which the force acts. `exponentials` are those of the blocks on a window of this length,
     /// `frequencies` those of the transmission errors. `known` are tables that may share arrays with the new one.
     pub fn new(
-        (model, layout): (&Model, Layout),
+        (model, layout): (&Model, TableLayout),
         (delta, direction): (f64, usize),
         exponentials: &[BlockExponential],
         (closures, varying): (Vec<WindowStiffness>, bool),
@@ -149,7 +149,7 @@ impl WindowTable {
     fn free_rows(
         &self,
         model: &Model,
-        layout: Layout,
+        layout: TableLayout,
         exponentials: &[BlockExponential],
     ) -> Vec<Row> {
         let direction = &model.directions[self.direction];
@@ -182,7 +182,7 @@ impl WindowTable {
     fn fill_ripple(
         &mut self,
         model: &Model,
-        layout: Layout,
+        layout: TableLayout,
         exponentials: &[BlockExponential],
         all: &mut [Row],
     ) {
@@ -232,7 +232,7 @@ impl WindowTable {
     fn add_transmission_error(
         &self,
         model: &Model,
-        layout: Layout,
+        layout: TableLayout,
         frequencies: &[[f64; 2]],
         rows: &mut [Row],
     ) {

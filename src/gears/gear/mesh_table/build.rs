@@ -42,10 +42,7 @@ impl MeshTable {
     ) -> Result<Self, MeshTableError> {
         let stretches = breaks(law, inputs.face_width, inputs.longest_piece)?;
         let all = stretches.len() - 1;
-        let law = PhaseLaw {
-            flanks: law,
-            inputs,
-        };
+        let law = PhaseLaw::new(law, inputs);
         let done = AtomicUsize::new(0);
         let cut: Vec<Result<Vec<Piece>, MeshTableError>> = stretches
             .par_windows(2)

@@ -2,18 +2,20 @@
 
 use super::super::friction::friction_direction;
 use super::super::sharing::{
-    Contact, ContactPair, ContactRegion, Face, HelicalFace, LoadSharing, MOST_PAIRS, SharedLoad,
-    SharingError, pairs_at,
+    Contact, ContactPair, ContactRegion, Face, HelicalFace, LoadSharing, MOST_PAIRS, PairPoint,
+    PairSeries, SharedLoad, SharingError, pairs_at,
 };
 use super::{MeshTableError, MeshTableInputs, StiffnessLaw};
 use crate::gear::flank_law::{FlankLaw, SecantContact};
 use std::collections::BTreeSet;
 
 /// The law of a mesh by its phase, from which a mesh table is computed.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct PhaseLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
+    /// The pairs of helical gears: for each torque if their contact depends on it, otherwise for all.
+    series: Vec<PairSeries>,
 }
 
 /// A share of a pair in the load below this is round-off of 0.
@@ -26,12 +28,19 @@ enum Lines {
 }
 
 impl Lines {
-    fn new(flanks: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
-        if flanks.helix() == 0.0 {
-            pairs_at(flanks, phase, face).map(Self::Spur)
-        } else {
-            HelicalFace::new(flanks, phase, face).map(Self::Helical)
-        }
+    /// The lines of a law, given the series of its pairs if it is helical.
+    fn new(
+        law: &impl FlankLaw,
+        series: Option<&PairSeries>,
+        phase: f64,
+        face: Face,
+    ) -> Result<Self, SharingError> {
+        let Some(series) = series else {
+            return pairs_at(law, phase, face).map(Self::Spur);
+        };
+        let point =
+            |s: f64, ahead: usize| (series.at(s)).unwrap_or_else(|| PairPoint::new(law, s, ahead));
+        HelicalFace::of_points(law, &point, phase, face).map(Self::Helical)
     }
 
     fn sharing(&self, face: Face, misalignment: f64) -> Result<LoadSharing, SharingError> {
@@ -45,7 +54,7 @@ impl Lines {
     fn bearing(&self, sharing: &LoadSharing, load: &SharedLoad) -> [Vec<f64>; 2] {
         match self {
             Self::Spur(pairs) => [
-                pairs.iter().map(|pair| pair.position).collect(),
+                pairs.iter().map(|pair| pair.position()).collect(),
                 load.share.to_vec(),
             ],
             Self::Helical(_) => sharing.lines(load.deflection),
@@ -158,10 +167,35 @@ pub(super) struct Quantity {
     pub scale: f64,
 }
 
-impl<L: FlankLaw> PhaseLaw<'_, L> {
+impl<'a, L: FlankLaw> PhaseLaw<'a, L> {
+    pub fn new(flanks: &'a L, inputs: &'a MeshTableInputs) -> Self {
+        let mut law = Self {
+            flanks,
+            inputs,
+            series: Vec::new(),
+        };
+        if flanks.helix() != 0.0 {
+            law.series = match inputs.contact {
+                Contact::Secant => (inputs.torque.iter())
+                    .map(|torque| PairSeries::new(&law.secant(*torque)))
+                    .collect(),
+                Contact::Linear | Contact::LoadDependent => vec![PairSeries::new(flanks)],
+            };
+        }
+        law
+    }
+
+    /// The law with the secant of its contact under a torque.
+    fn secant(&self, torque: f64) -> SecantContact<'a, L> {
+        SecantContact {
+            law: self.flanks,
+            line_load: torque / self.inputs.base_radius / self.inputs.face_width,
+        }
+    }
+
     /// Whether slices of the face are elastically coupled and do not all carry the same load.
     pub fn is_coupled(&self) -> bool {
-        let Self { flanks, inputs } = self;
+        let Self { flanks, inputs, .. } = self;
         let half = 0.5 * inputs.face_width;
         let slices = inputs.slices as f64;
         let gap_error = |border: usize| {
@@ -194,7 +228,7 @@ impl<L: FlankLaw> PhaseLaw<'_, L> {
     }
 
     fn cells(&self, phase: f64, near: Option<&Column>) -> Result<Vec<PhaseState>, SharingError> {
-        let Self { flanks, inputs } = *self;
+        let Self { flanks, inputs, .. } = *self;
         let face = Face {
             width: inputs.face_width,
             slices: inputs.slices,
@@ -205,21 +239,21 @@ impl<L: FlankLaw> PhaseLaw<'_, L> {
         let inclined = flanks.helix().hypot(1.0);
         let mut cells = Vec::with_capacity(inputs.misalignment.len() * inputs.torque.len());
         for &misalignment in &inputs.misalignment {
-            for &torque in &inputs.torque {
+            for (number, &torque) in inputs.torque.iter().enumerate() {
+                let series = self.series.get(number).or(self.series.last());
                 let force = torque / inputs.base_radius;
                 let lines = match inputs.contact {
-                    Contact::Secant => {
-                        let law = SecantContact {
-                            law: flanks,
-                            line_load: force / face.width,
-                        };
-                        Lines::new(&law, phase, face)?
+                    Contact::Secant => Lines::new(&self.secant(torque), series, phase, face)?,
+                    Contact::Linear | Contact::LoadDependent => {
+                        Lines::new(flanks, series, phase, face)?
                     }
-                    Contact::Linear | Contact::LoadDependent => Lines::new(flanks, phase, face)?,
                 };
-                let sharing = match inputs.contact {
-                    Contact::Linear | Contact::Secant => lines.sharing(face, misalignment)?,
-                    Contact::LoadDependent => {
+                let sharing = match (&lines, inputs.contact) {
+                    (_, Contact::Linear | Contact::Secant) => lines.sharing(face, misalignment)?,
+                    (Lines::Helical(lines), Contact::LoadDependent) => {
+                        (lines.clone()).sharing_under(flanks, misalignment, force)?
+                    }
+                    (Lines::Spur(_), Contact::LoadDependent) => {
                         LoadSharing::under(flanks, phase, face, misalignment, force)?
                     }
                 };
@@ -341,15 +375,10 @@ mod tests {
                 misalignment: vec![angle],
                 ..MeshTableInputs::of_gears(&pair)
             };
-            let law = PhaseLaw {
-                flanks: &flanks,
-                inputs: &inputs,
-            };
+            let law = PhaseLaw::new(&flanks, &inputs);
             assert_eq!(law.is_coupled(), coupled, "{crowning} {angle}");
-            let alone = PhaseLaw {
-                flanks: &IndependentSlices(&flanks),
-                inputs: &inputs,
-            };
+            let independent = IndependentSlices(&flanks);
+            let alone = PhaseLaw::new(&independent, &inputs);
             assert!(!alone.is_coupled());
         }
     }
@@ -365,10 +394,7 @@ mod tests {
             pattern: true,
             ..MeshTableInputs::of_gears(&pair)
         };
-        let law = PhaseLaw {
-            flanks: &flanks,
-            inputs: &inputs,
-        };
+        let law = PhaseLaw::new(&flanks, &inputs);
         let face = Face {
             width: inputs.face_width,
             slices: 8,

@@ -129,11 +129,14 @@ fn check_piece<L: FlankLaw>(
         .windows(2)
         .map(|pair| phase(0.5 * (pair[0] + pair[1])));
     let places = [first].into_iter().chain(between).chain([last]);
-    let mut checks = law.columns(places)?;
     let mut columns = law.columns(nodes.iter().map(|&x| phase(x)))?;
     if is_short(law, [from, to]) {
         smooth(&mut columns);
     }
+    if law.flanks.helix() != 0.0 {
+        return check_helical(law, columns, places, [from, to]);
+    }
+    let mut checks = law.columns(places)?;
     for x in hidden_sign_changes(&columns) {
         checks.push(law.column(phase(x).clamp(first, last), None)?);
     }
@@ -156,6 +159,23 @@ fn check_piece<L: FlankLaw>(
         None if is_accurate => Verdict::Accepted(columns),
         None => Verdict::Inaccurate(fit_error),
     })
+}
+
+/// Decides whether a piece of helical gears is accepted, which has no known kinks: the first check that fails decides.
+fn check_helical<L: FlankLaw>(
+    law: &PhaseLaw<'_, L>,
+    columns: Vec<Column>,
+    places: impl Iterator<Item = f64>,
+    piece: [f64; 2],
+) -> Result<Verdict, MeshTableError> {
+    for place in places {
+        let check = law.column(place, None)?;
+        let fit_error = largest_fit_error(law, &columns, &[check], piece);
+        if fit_error.error > tolerance(law, piece) {
+            return Ok(Verdict::Inaccurate(fit_error));
+        }
+    }
+    Ok(Verdict::Accepted(columns))
 }
 
 /// The first phase between columns at which the law changes its formula.

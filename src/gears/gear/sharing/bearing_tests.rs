@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 use super::*;
-use crate::gear::{Flanks, ToothForm, fixtures};
+use crate::gear::{Flanks, Relief, ToothForm, fixtures};
 
 const WIDTH: f64 = 20e-3;
 
@@ -142,5 +142,33 @@ fn support_between_slices_draws_load_to_the_end() {
     assert!((with.stiffness / without.stiffness - 1.0).abs() < 1e-9);
     for (a, b) in with.share.iter().zip(without.share) {
         assert!((a - b).abs() < 1e-9);
+    }
+}
+
+/// A cut of a helical face may be the end of a relief. Rounding decides there which of two gaps is smaller.
+#[test]
+fn the_end_of_a_relief_moves_no_load_between_neighbouring_phases() {
+    let relief = Relief {
+        amount: 20e-6,
+        length: 4e-3,
+        ..Relief::default()
+    };
+    let form = ToothForm {
+        bore: [Some(30e-3), Some(40e-3)],
+        tip_relief: [relief; 2],
+        ..ToothForm::default()
+    };
+    let pair = crate::gear::GearPair {
+        helix_angle: 0.25,
+        ..fixtures::pair([20, 30], form)
+    };
+    let flanks = Flanks::new(&pair).unwrap();
+    for step in 0..100 {
+        let phase = f64::from(step) / 100.0;
+        let [one, other] = [phase, phase + 1e-9].map(|phase| {
+            let lines = HelicalFace::new(&flanks, phase, face(16)).unwrap();
+            lines.sharing(0.0).unwrap().distribute(300.0).stiffness
+        });
+        assert!((one / other - 1.0).abs() < 1e-6, "{phase}: {one} {other}");
     }
 }

@@ -3,7 +3,7 @@
 use super::LoadSharing;
 use super::error::{MOST_PAIRS, SharingError};
 use super::helical::HelicalFace;
-use super::pairs::{ContactPair, Face, pairs_at};
+use super::pairs::{Face, PairPoint, pairs_at};
 use crate::gear::FlankLaw;
 
 /// How the flanks flatten at their contact.
@@ -56,7 +56,7 @@ impl LoadSharing {
         let mut moved = 0;
         for _ in 0..ROUNDS {
             for (pair, line_load) in pairs.iter_mut().zip(line_load) {
-                pair.linearise(law, line_load)?;
+                pair.point.linearise(law, line_load)?;
             }
             let mut sharing = Self::new(&pairs, face, misalignment)?;
             let (shared, lengths) = sharing.distribute_with_lengths(force);
@@ -80,12 +80,12 @@ impl LoadSharing {
             line_load = next;
         }
         Err(SharingError::Unsettled {
-            position: pairs[moved].position,
+            position: pairs[moved].position(),
         })
     }
 }
 
-impl ContactPair {
+impl PairPoint {
     /// Takes the tangent of the contact law at a line load \[N/m\].
     pub(super) fn linearise(
         &mut self,

@@ -119,15 +119,15 @@ impl Coupled {
         };
         let waves = face_coupling.waves() + 1;
         let unknown = |pair: usize| SharingError::Coupling {
-            position: pairs[pair].position,
+            position: pairs[pair].position(),
         };
         let mut compliance = Mat::zeros(pairs.len() * waves, pairs.len() * waves);
         for (i, pair) in pairs.iter().enumerate() {
-            let single = face_coupling.of_pair(pair.position).ok_or(unknown(i))?;
-            let uniform = pair.compliance() - pair.contact;
+            let single = face_coupling.of_pair(pair.position()).ok_or(unknown(i))?;
+            let uniform = pair.point.compliance() - pair.point.contact;
             write_block(&mut compliance, [i, i], waves, uniform, &single);
-            for (j, coupling) in (i + 1..pairs.len()).zip(&pair.coupling) {
-                let ahead = face_coupling.coupling(pair.position, j - i);
+            for (j, coupling) in (i + 1..pairs.len()).zip(&pair.point.coupling) {
+                let ahead = face_coupling.coupling(pair.position(), j - i);
                 let ahead = ahead.ok_or(unknown(i))?;
                 write_block(&mut compliance, [i, j], waves, *coupling, &ahead);
                 let behind = ahead.transpose().to_owned();
@@ -138,12 +138,12 @@ impl Coupled {
             let gap = |border: usize| pair.gap(border) + misalignment * face.border(border);
             (0..=face.slices).map(gap).collect()
         });
-        let contact: Vec<f64> = pairs.iter().map(|pair| pair.contact).collect();
-        if let Some(pair) = pairs.iter().find(|pair| pair.contact <= 0.0) {
+        let contact: Vec<f64> = pairs.iter().map(|pair| pair.point.contact).collect();
+        if let Some(pair) = pairs.iter().find(|pair| pair.point.contact <= 0.0) {
             return Err(SharingError::OutOfRange {
                 name: "tangent compliance of the contact [m²/N]",
-                value: pair.contact,
-                position: pair.position,
+                value: pair.point.contact,
+                position: pair.position(),
                 accepted: "positive where slices of the face support each other",
             });
         }

@@ -6,8 +6,8 @@
 //! these positions, which move uniformly with the mesh phase. Each stretch between them has the same number of spans.
 //! The error falls with the square of their width, and so does not jump while the cuts move across the face.
 
-use super::pairs::{self, ContactPair, Face, FacePosition, FaceSlice};
-use super::ramp::{self, ContactRamp};
+use super::pairs::{self, Face, FaceSlice, PairPoint};
+use super::ramp::{self, ContactRamp, Station};
 use super::{LoadSharing, MOST_PAIRS, SharingError};
 use crate::gear::{FlankLaw, PathOfContact};
 
@@ -28,7 +28,18 @@ const ROUNDS: usize = 50;
 pub struct HelicalFace {
     face: Face,
     path: PathOfContact,
-    spans: Vec<[FacePosition; 3]>,
+    stretches: Vec<Stretch>,
+}
+
+/// A part of the face between two cuts.
+#[derive(Debug, Clone)]
+struct Stretch {
+    /// Positions at the ends and in the middle of its spans, from mid-face \[m\].
+    places: Vec<f64>,
+    /// Number of pairs at each position.
+    pairs: usize,
+    /// The pairs, position by position, the latest first.
+    points: Vec<PairPoint>,
 }
 
 impl HelicalFace {
@@ -37,33 +48,57 @@ impl HelicalFace {
     ///
     /// # Errors
     /// A position without a pair or with more than [`MOST_PAIRS`], a face without width or slices, those
-    /// of [`ContactPair::new`].
+    /// of [`ContactPair::new`](super::ContactPair::new).
     pub fn new(law: &impl FlankLaw, phase: f64, face: Face) -> Result<Self, SharingError> {
+        let point = |position: f64, ahead: usize| PairPoint::new(law, position, ahead);
+        Self::of_points(law, &point, phase, face)
+    }
+
+    /// As [`Self::new`], with a function for the pair at a position with a number of pairs ahead.
+    pub(in crate::gear) fn of_points(
+        law: &impl FlankLaw,
+        point: &impl Fn(f64, usize) -> PairPoint,
+        phase: f64,
+        face: Face,
+    ) -> Result<Self, SharingError> {
         let Face { width, slices } = face;
         if slices == 0 || !(width > 0.0 && width.is_finite()) {
             return Err(SharingError::NoFace { width, slices });
         }
+        let (helix, [first, last]) = (law.helix(), law.reach());
         let (cuts, parts) = cuts(law, phase, face);
-        let mut spans = Vec::new();
-        for stretch in cuts.windows(2) {
-            let [from, to] = [stretch[0], stretch[1]];
+        let mut stretches = Vec::with_capacity(cuts.len());
+        for ends in cuts.windows(2) {
+            let [from, to] = [ends[0], ends[1]];
             if to - from <= NARROW * width {
                 continue;
             }
-            let positions = positions(law, phase, 0.5 * (from + to))?;
-            let station = |half: usize| {
-                let place = from + (to - from) * half as f64 / (2 * parts) as f64;
-                station(law, &positions, place, place - 0.5 * (from + to))
-            };
-            let mut start = station(0)?;
-            for part in 0..parts {
-                let end = station(2 * part + 2)?;
-                spans.push([start, station(2 * part + 1)?, end.clone()]);
-                start = end;
+            let middle = 0.5 * (from + to);
+            let positions = positions(law, phase, middle)?;
+            let half = (to - from) / (2 * parts) as f64;
+            let places: Vec<f64> = (0..=2 * parts).map(|n| from + half * n as f64).collect();
+            let mut points = Vec::with_capacity(places.len() * positions.len());
+            for &place in &places {
+                for (index, &position) in positions.iter().enumerate() {
+                    let s = (position + helix * (place - middle)).clamp(first, last);
+                    let mut pair = point(s, positions.len() - 1 - index);
+                    pair.missing += law.deviation(s, place);
+                    pair.check(&[pair.missing])?;
+                    points.push(pair);
+                }
             }
+            stretches.push(Stretch {
+                places,
+                pairs: positions.len(),
+                points,
+            });
         }
         let path = law.path();
-        Ok(Self { face, path, spans })
+        Ok(Self {
+            face,
+            path,
+            stretches,
+        })
     }
 
     /// The load on the face at a misalignment \[rad\]; the gap grows with z.
@@ -75,23 +110,42 @@ impl HelicalFace {
             return Err(SharingError::OutOfRange {
                 name: "misalignment [rad]",
                 value: misalignment,
-                position: self.spans[0][0].pairs[0].position,
+                position: self.position(),
                 accepted: "finite",
             });
         }
         let unit = self.face.width / self.face.slices as f64;
+        let on_path = |s: f64| s >= self.path.start && s <= self.path.end;
         let mut ramps: Vec<ContactRamp> = Vec::new();
-        let mut spans = Vec::with_capacity(self.spans.len());
-        for (index, stations) in self.spans.iter().enumerate() {
-            ramp::add_span(&mut ramps, stations, index, unit, misalignment)?;
-            let [from, middle, to] = stations;
-            let positions: Vec<f64> = middle.pairs.iter().map(|pair| pair.position).collect();
-            let on_path = |s: &f64| *s >= self.path.start && *s <= self.path.end;
-            spans.push(FaceSlice {
-                ends: [from.place, to.place],
-                on_path: positions.iter().map(on_path).collect(),
-                positions,
-            });
+        let mut spans = Vec::new();
+        for Stretch {
+            places,
+            pairs,
+            points,
+        } in &self.stretches
+        {
+            let inside = &points[places.len() / 2 * pairs..];
+            let at = |(points, &place)| Station::new(points, place, misalignment, inside);
+            let stations: Vec<Station> = (points.chunks_exact(*pairs).zip(places))
+                .map(at)
+                .collect::<Result<_, _>>()?;
+            for from in (0..places.len() - 1).step_by(2) {
+                let three = [from, from + 1, from + 2].map(|index| &stations[index]);
+                ramp::add_span(&mut ramps, three, (spans.len(), *pairs), unit);
+                let middle = &points[(from + 1) * pairs..];
+                let positions =
+                    std::array::from_fn(
+                        |pair| {
+                            if pair < *pairs { middle[pair].position } else { 0.0 }
+                        },
+                    );
+                spans.push(FaceSlice {
+                    ends: [places[from], places[from + 2]],
+                    pairs: *pairs,
+                    positions,
+                    on_path: positions.map(on_path),
+                });
+            }
         }
         let mut knots: Vec<f64> = ramps.iter().flat_map(|r| [r.low, r.high]).collect();
         knots.sort_unstable_by(f64::total_cmp);
@@ -99,7 +153,7 @@ impl HelicalFace {
             // Unused here: spans have this for each pair.
             on_path: [true; MOST_PAIRS],
             face: self.face,
-            pairs: spans.iter().map(|s| s.positions.len()).max().unwrap_or(0),
+            pairs: spans.iter().map(|span| span.pairs).max().unwrap_or(0),
             ramps,
             spans,
             knots,
@@ -107,6 +161,11 @@ impl HelicalFace {
             line_load_excess: [1.0; MOST_PAIRS],
             coupled: None,
         })
+    }
+
+    /// Position of a pair, for messages \[m\].
+    fn position(&self) -> f64 {
+        self.stretches[0].points[0].position
     }
 
     /// As [`Self::sharing`], with the contact of all pairs linearised at the mean line load under a force > 0
@@ -125,10 +184,8 @@ impl HelicalFace {
         // this bracket encloses it.
         let mut bracket = [0.0, f64::INFINITY];
         for _ in 0..ROUNDS {
-            for station in self.spans.iter_mut().flatten() {
-                for pair in &mut station.pairs {
-                    pair.linearise(law, line_load)?;
-                }
+            for point in self.stretches.iter_mut().flat_map(|part| &mut part.points) {
+                point.linearise(law, line_load)?;
             }
             let sharing = self.sharing(misalignment)?;
             let (_, lengths) = sharing.distribute_with_lengths(force);
@@ -142,7 +199,7 @@ impl HelicalFace {
             let within = next > low && next < high;
             line_load = if within { next } else { 0.5 * (low + high) };
         }
-        let position = self.spans[0][0].pairs[0].position;
+        let position = self.position();
         Err(SharingError::Unsettled { position })
     }
 }
@@ -153,7 +210,7 @@ impl LoadSharing {
     pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
         let slice_shares = self.shares_along(approach);
         let spans = (self.spans.iter().zip(&slice_shares)).flat_map(|(span, shares)| {
-            let positions = span.positions.iter().copied();
+            let positions = span.positions.into_iter().take(span.pairs);
             positions.zip(shares.iter().copied())
         });
         let (positions, shares) = spans.unzip();
@@ -223,7 +280,8 @@ fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
     (cuts, face.slices.div_ceil(most + 1))
 }
 
-/// Positions of the pairs at a position of the face, the latest pair first \[m\].
+/// Positions of the pairs on the line of action \[m\] at a place on the face; the pair that entered contact last comes
+/// first.
 fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, SharingError> {
     let ahead = phase + law.helix() * place / law.path().base_pitch;
     let positions = pairs::positions(law, ahead.rem_euclid(1.0));
@@ -232,23 +290,4 @@ fn positions(law: &impl FlankLaw, phase: f64, place: f64) -> Result<Vec<f64>, Sh
         found if found > MOST_PAIRS => Err(SharingError::TooManyPairs { found }),
         _ => Ok(positions),
     }
-}
-
-/// The pairs at a position of the face, `along` \[m\] from `positions`.
-fn station(
-    law: &impl FlankLaw,
-    positions: &[f64],
-    place: f64,
-    along: f64,
-) -> Result<FacePosition, SharingError> {
-    let [first, last] = law.reach();
-    let pairs = positions.iter().enumerate().map(|(index, &position)| {
-        let s = (position + law.helix() * along).clamp(first, last);
-        let gap = law.relief(s) + law.deviation(s, place);
-        ContactPair::with_gap(law, s, positions.len() - 1 - index, vec![gap])
-    });
-    Ok(FacePosition {
-        place,
-        pairs: pairs.collect::<Result<_, _>>()?,
-    })
 }

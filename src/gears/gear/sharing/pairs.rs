@@ -23,66 +23,58 @@ impl Face {
     }
 }
 
-/// A pair in contact.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ContactPair {
+/// A pair at one position of the line of action.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(in crate::gear) struct PairPoint {
     /// Position on the line of action \[m\].
     pub position: f64,
-    /// Whether the position is on the path of contact, where rigid gears would touch.
-    pub(super) on_path: bool,
+    /// Material missing \[m\]: by relief, and at one place of the face also by deviation.
+    pub missing: f64,
     /// Compliance of the teeth without their contact, times width \[m²/N\].
-    pub(super) teeth: f64,
+    pub teeth: f64,
     /// Tangent compliance of the contact, times width \[m²/N\].
-    pub(super) contact: f64,
+    pub contact: f64,
     /// Zero-load intercept of the tangent of the contact law \[m\].
-    pub(super) intercept: f64,
+    pub intercept: f64,
     /// Compliance of both gear bodies, times width \[m²/N\].
-    foundation: f64,
-    /// Compliance between this pair and those ahead of it, nearest first \[m²/N\].
-    pub(super) coupling: Vec<f64>,
-    /// Material missing at the borders of the slices \[m\].
-    pub(super) gap: Vec<f64>,
-    /// Elastic coupling of its slices; `None` if they are independent.
-    pub(super) face_coupling: Option<Arc<FaceCoupling>>,
+    pub foundation: f64,
+    /// Compliance between this pair and those ahead of it, nearest first \[m²/N\]; without meaning beyond the last
+    /// pair within reach.
+    pub coupling: [f64; MOST_PAIRS - 1],
 }
 
-impl ContactPair {
-    /// The pair at `position` of a law.
-    ///
-    /// # Errors
-    /// A compliance that is not positive and finite, or a gap that is not finite.
-    pub fn new(law: &impl FlankLaw, position: f64, face: Face) -> Result<Self, SharingError> {
-        let relief = law.relief(position);
-        let gap = (0..=face.slices)
-            .map(|border| relief + law.deviation(position, face.border(border)))
-            .collect();
-        let (base_pitch, [_, last]) = (law.path().base_pitch, law.reach());
-        let ahead = (1..MOST_PAIRS)
-            .take_while(|&pairs| position + pairs as f64 * base_pitch <= last)
-            .count();
-        Self::with_gap(law, position, ahead, gap)
+impl PairPoint {
+    /// The pair at `position` of a law, with `ahead` more pairs within reach beyond it.
+    pub fn new(law: &impl FlankLaw, position: f64, ahead: usize) -> Self {
+        let compliance = law.compliance(position);
+        Self {
+            position,
+            missing: law.relief(position),
+            teeth: compliance.tooth[0] + compliance.tooth[1],
+            contact: compliance.hertz,
+            intercept: 0.0,
+            foundation: compliance.foundation[0] + compliance.foundation[1],
+            coupling: std::array::from_fn(|pair| {
+                if pair < ahead { law.coupling(position, pair + 1) } else { 0.0 }
+            }),
+        }
     }
 
-    /// The pair at `position` of a law with a gap \[m\] at every border of its slices, with `ahead` more
-    /// pairs within reach beyond it.
-    ///
-    /// # Errors
-    /// As [`Self::new`].
-    pub(super) fn with_gap(
-        law: &impl FlankLaw,
-        position: f64,
-        ahead: usize,
-        gap: Vec<f64>,
-    ) -> Result<Self, SharingError> {
-        let compliance = law.compliance(position);
-        let teeth = compliance.tooth[0] + compliance.tooth[1];
-        let tooth = teeth + compliance.hertz;
-        let foundation = compliance.foundation[0] + compliance.foundation[1];
-        let coupling: Vec<f64> = (1..=ahead)
-            .map(|pairs| law.coupling(position, pairs))
-            .collect();
-        let bad_coupling = coupling.iter().copied().find(|c| !c.is_finite());
-        let bad_gap = gap.iter().copied().find(|gap| !gap.is_finite());
+    /// Compliance of the pair alone in contact, times width \[m²/N\].
+    pub fn compliance(&self) -> f64 {
+        self.teeth + self.contact + self.foundation
+    }
+
+    /// Gap that the tooth spring has to close \[m\].
+    pub fn gap(&self) -> f64 {
+        self.missing + self.intercept
+    }
+
+    /// Rejects compliances that are not positive and finite, and gaps that are not finite.
+    pub(super) fn check(&self, gaps: &[f64]) -> Result<(), SharingError> {
+        let tooth = self.teeth + self.contact;
+        let bad_coupling = self.coupling.iter().copied().find(|c| !c.is_finite());
+        let bad_gap = gaps.iter().copied().find(|gap| !gap.is_finite());
         for (name, value, valid, accepted) in [
             (
                 "compliance of teeth and contact [m²/N]",
@@ -92,8 +84,8 @@ impl ContactPair {
             ),
             (
                 "compliance of the gear bodies [m²/N]",
-                foundation,
-                foundation >= 0.0 && foundation.is_finite(),
+                self.foundation,
+                self.foundation >= 0.0 && self.foundation.is_finite(),
                 "finite and not negative",
             ),
             (
@@ -113,33 +105,58 @@ impl ContactPair {
                 return Err(SharingError::OutOfRange {
                     name,
                     value,
-                    position,
+                    position: self.position,
                     accepted,
                 });
             }
         }
-        let path = law.path();
+        Ok(())
+    }
+}
+
+/// A pair in contact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactPair {
+    pub(super) point: PairPoint,
+    /// Whether the position is on the path of contact, where rigid gears would touch.
+    pub(super) on_path: bool,
+    /// Material missing at the borders of the slices \[m\].
+    pub(super) gap: Vec<f64>,
+    /// Elastic coupling of its slices; `None` if they are independent.
+    pub(super) face_coupling: Option<Arc<FaceCoupling>>,
+}
+
+impl ContactPair {
+    /// The pair at `position` of a law.
+    ///
+    /// # Errors
+    /// A compliance that is not positive and finite, or a gap that is not finite.
+    pub fn new(law: &impl FlankLaw, position: f64, face: Face) -> Result<Self, SharingError> {
+        let (path, [_, last]) = (law.path(), law.reach());
+        let ahead = (1..MOST_PAIRS)
+            .take_while(|&pairs| position + pairs as f64 * path.base_pitch <= last)
+            .count();
+        let point = PairPoint::new(law, position, ahead);
+        let gap: Vec<f64> = (0..=face.slices)
+            .map(|border| point.missing + law.deviation(position, face.border(border)))
+            .collect();
+        point.check(&gap)?;
         Ok(Self {
-            position,
+            point,
             on_path: (path.start..=path.end).contains(&position),
-            teeth,
-            contact: compliance.hertz,
-            intercept: 0.0,
-            foundation,
-            coupling,
             gap,
             face_coupling: law.face_coupling(),
         })
     }
 
-    /// Compliance of the pair alone in contact, times width \[m²/N\].
-    pub(super) fn compliance(&self) -> f64 {
-        self.teeth + self.contact + self.foundation
+    /// Position on the line of action \[m\].
+    pub fn position(&self) -> f64 {
+        self.point.position
     }
 
     /// Gap that the tooth spring has to close at the border of a slice \[m\].
     pub(super) fn gap(&self, border: usize) -> f64 {
-        self.gap[border] + self.intercept
+        self.gap[border] + self.point.intercept
     }
 
     /// Gap that the tooth spring has to close in the middle of a slice \[m\].
@@ -148,23 +165,16 @@ impl ContactPair {
     }
 }
 
-/// The pairs within reach at one position of a helical face, each with its gap at that position.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct FacePosition {
-    /// Distance from mid-face \[m\].
-    pub place: f64,
-    pub pairs: Vec<ContactPair>,
-}
-
-/// A slice of a helical face.
-#[derive(Debug, Clone, PartialEq)]
+/// A slice of a helical face. Only the first `pairs` of each array count.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FaceSlice {
     /// Positions of its ends \[m\].
     pub ends: [f64; 2],
+    pub pairs: usize,
     /// Positions of its pairs on the path of contact at its middle \[m\].
-    pub positions: Vec<f64>,
+    pub positions: [f64; MOST_PAIRS],
     /// Whether each is on the path, not beyond its ends.
-    pub on_path: Vec<bool>,
+    pub on_path: [bool; MOST_PAIRS],
 }
 
 impl FaceSlice {

@@ -1,11 +1,13 @@
 //! One slice of one pair as a spring whose contact spreads from one border to the other.
 
 use super::error::{MOST_PAIRS, SharingError};
-use super::pairs::{ContactPair, Face, FacePosition};
-use crate::numerics::linalg::invert;
+use super::pairs::{ContactPair, Face, PairPoint};
 
 /// Gaps of two pairs are equal if they differ by less than this part of them.
 const SAME_GAP: f64 = 8.0 * f64::EPSILON;
+
+/// Pairs come into contact together if their approaches there differ by less than this \[m\].
+const TOGETHER: f64 = 1e-15;
 
 /// A one-sided spring with a gap that is linear across its slice: without load up
 /// to `low`, in full contact from `high` on.
@@ -106,7 +108,7 @@ pub(super) fn add_slice(
     // Pairs with equal gaps come into contact together, not in an order due to rounding.
     let gaps = || pairs.iter().map(|pair| pair.mean_gap(slice).abs());
     let rounding = SAME_GAP * gaps().fold(0.0, f64::max);
-    let mut sequence = ContactSequence::new(pairs, |pair| {
+    let mut sequence = ContactSequence::new(pairs.iter().map(|pair| &pair.point), |pair| {
         let apart = pairs[pair].mean_gap(slice) - mean;
         if apart.abs() <= rounding { 0.0 } else { apart }
     });
@@ -128,6 +130,46 @@ pub(super) fn add_slice(
     Ok(())
 }
 
+/// How the pairs come into contact at one position of a helical face.
+pub(super) struct Station {
+    /// Distance from mid-face \[m\].
+    place: f64,
+    /// Approach at which each pair comes into contact \[m\].
+    knots: [f64; MOST_PAIRS],
+    /// `[pair][other]`: what the contact of a pair adds to the stiffness of each, per width \[N/m²\].
+    gains: [[f64; MOST_PAIRS]; MOST_PAIRS],
+}
+
+impl Station {
+    /// The station at a place of the face. Pairs that come into contact together do so in the order of their gaps at
+    /// `inside`, another position of the same stretch: at a cut that is the end of a relief rounding decides which
+    /// gap is smaller, but next to it the relieved pair follows.
+    pub fn new(
+        points: &[PairPoint],
+        place: f64,
+        misalignment: f64,
+        inside: &[PairPoint],
+    ) -> Result<Self, SharingError> {
+        let gap = |pair: usize| misalignment * place + points[pair].gap();
+        let mut sequence = ContactSequence::new(points.iter(), gap);
+        for (order, point) in sequence.order.iter_mut().zip(inside) {
+            *order = point.gap();
+        }
+        let mut station = Self {
+            place,
+            knots: [0.0; MOST_PAIRS],
+            gains: [[0.0; MOST_PAIRS]; MOST_PAIRS],
+        };
+        for _ in points {
+            let before = sequence.gain;
+            let pair = sequence.next()?;
+            station.knots[pair] = sequence.knot;
+            station.gains[pair] = std::array::from_fn(|p| sequence.gain[p] - before[p]);
+        }
+        Ok(station)
+    }
+}
+
 /// Adds one ramp for each pair on a span of a helical face, from the pairs at its two ends and at its
 /// middle.
 ///
@@ -136,35 +178,16 @@ pub(super) fn add_slice(
 /// an end: the border of the contact moves across it without a step.
 pub(super) fn add_span(
     ramps: &mut Vec<ContactRamp>,
-    stations: &[FacePosition; 3],
-    slice: usize,
+    [from, middle, to]: [&Station; 3],
+    (slice, pairs): (usize, usize),
     unit: f64,
-    misalignment: f64,
-) -> Result<(), SharingError> {
-    let [from, _, to] = stations;
+) {
     let width = to.place - from.place;
-    let count = from.pairs.len();
-    let mut knots = [[0.0; MOST_PAIRS]; 3];
-    let mut stiffness = [[0.0; MOST_PAIRS]; MOST_PAIRS];
-    for ((station, knots), weight) in stations.iter().zip(&mut knots).zip([1.0, 4.0, 1.0]) {
-        let slope = misalignment * station.place;
-        let mut sequence =
-            ContactSequence::new(&station.pairs, |p| slope + station.pairs[p].gap(0));
-        for _ in 0..count {
-            let before = sequence.gain;
-            let pair = sequence.next()?;
-            knots[pair] = sequence.knot;
-            for (sum, (after, before)) in
-                (stiffness[pair].iter_mut()).zip(sequence.gain.iter().zip(before))
-            {
-                *sum += width * weight / 6.0 * (after - before);
-            }
-        }
-    }
-    for (pair, stiffness) in stiffness.into_iter().enumerate().take(count) {
-        let ends = [(knots[0][pair], from.place), (knots[2][pair], to.place)];
+    for pair in 0..pairs {
+        let ends = [from, to].map(|end| (end.knots[pair], end.place));
         let [(low, low_place), (high, high_place)] =
             if ends[0].0 <= ends[1].0 { ends } else { [ends[1], ends[0]] };
+        let gains = [from, middle, to].map(|station| station.gains[pair]);
         ramps.push(ContactRamp {
             slice,
             pair,
@@ -173,20 +196,27 @@ pub(super) fn add_span(
             high,
             low_place,
             high_place,
-            stiffness,
+            stiffness: std::array::from_fn(|p| {
+                width / 6.0 * (gains[0][p] + 4.0 * gains[1][p] + gains[2][p])
+            }),
         });
     }
-    Ok(())
 }
 
 /// Pairs that come into contact as the gears approach, at one position of the face.
-struct ContactSequence<'a> {
-    pairs: &'a [ContactPair],
+struct ContactSequence {
+    pairs: usize,
+    /// Position of each pair on the line of action \[m\].
+    position: [f64; MOST_PAIRS],
     /// Compliances times width \[m²/N\].
     compliance: [[f64; MOST_PAIRS]; MOST_PAIRS],
     /// Gap of each pair \[m\].
     offset: [f64; MOST_PAIRS],
+    /// Decides which of several pairs that come into contact together is first.
+    order: [f64; MOST_PAIRS],
     joined: [bool; MOST_PAIRS],
+    /// Inverse of the compliances among the joined pairs; 0 for the others \[N/m²\].
+    inverse: [[f64; MOST_PAIRS]; MOST_PAIRS],
     /// Approach at which the last pair came into contact \[m\].
     knot: f64,
     /// Line loads at the knot \[N/m\].
@@ -195,84 +225,91 @@ struct ContactSequence<'a> {
     gain: [f64; MOST_PAIRS],
 }
 
-impl<'a> ContactSequence<'a> {
-    fn new(pairs: &'a [ContactPair], offset: impl Fn(usize) -> f64) -> Self {
-        let mut compliance = [[0.0; MOST_PAIRS]; MOST_PAIRS];
-        for (i, pair) in pairs.iter().enumerate() {
-            compliance[i][i] = pair.compliance();
-            for (j, &coupling) in (i + 1..pairs.len()).zip(&pair.coupling) {
-                compliance[i][j] = coupling;
-                compliance[j][i] = coupling;
+impl ContactSequence {
+    fn new<'a>(
+        points: impl ExactSizeIterator<Item = &'a PairPoint>,
+        offset: impl Fn(usize) -> f64,
+    ) -> Self {
+        let none = [0.0; MOST_PAIRS];
+        let mut sequence = Self {
+            pairs: points.len(),
+            position: none,
+            compliance: [none; MOST_PAIRS],
+            offset: none,
+            order: none,
+            joined: [false; MOST_PAIRS],
+            inverse: [none; MOST_PAIRS],
+            knot: 0.0,
+            load: none,
+            gain: none,
+        };
+        let pairs = sequence.pairs;
+        for (i, point) in points.enumerate() {
+            sequence.position[i] = point.position;
+            sequence.offset[i] = offset(i);
+            sequence.compliance[i][i] = point.compliance();
+            for (j, &coupling) in (i + 1..pairs).zip(&point.coupling) {
+                sequence.compliance[i][j] = coupling;
+                sequence.compliance[j][i] = coupling;
             }
         }
-        let count = pairs.len();
-        Self {
-            pairs,
-            compliance,
-            offset: std::array::from_fn(|pair| if pair < count { offset(pair) } else { 0.0 }),
-            joined: [false; MOST_PAIRS],
-            knot: 0.0,
-            load: [0.0; MOST_PAIRS],
-            gain: [0.0; MOST_PAIRS],
-        }
+        sequence
     }
 
     /// The next pair to come into contact. Sets knot, loads and gains to those at its contact.
     fn next(&mut self) -> Result<usize, SharingError> {
-        // A pair's gap closes by the approach less its displacement by the others' loads.
-        let pushed = |pair: usize, loads: &[f64; MOST_PAIRS]| -> f64 {
-            let terms = self.compliance[pair].iter().zip(loads);
-            terms.map(|(c, q)| c * q).sum()
-        };
-        let first = !self.joined.contains(&true);
-        let next = (0..self.pairs.len())
-            .filter(|&pair| !self.joined[pair])
-            .filter_map(|pair| {
-                if first {
-                    return Some((pair, self.offset[pair]));
+        let first = self.joined == [false; MOST_PAIRS];
+        let mut next: Option<(usize, f64, f64)> = None;
+        for pair in (0..self.pairs).filter(|&pair| !self.joined[pair]) {
+            // A pair's gap closes by the approach less its displacement by the others' loads.
+            let closing = 1.0 - product(&self.compliance[pair], &self.gain);
+            let open = self.offset[pair] + product(&self.compliance[pair], &self.load) - self.knot;
+            let knot = if first { open } else { self.knot + open.max(0.0) / closing };
+            let is_before = |(other, earliest, _): (usize, f64, f64)| {
+                if (knot - earliest).abs() < TOGETHER {
+                    self.order[pair] < self.order[other]
+                } else {
+                    knot < earliest
                 }
-                let closing = 1.0 - pushed(pair, &self.gain);
-                let open = self.offset[pair] + pushed(pair, &self.load) - self.knot;
-                (closing > 0.0).then(|| (pair, self.knot + open.max(0.0) / closing))
-            })
-            .min_by(|a, b| a.1.total_cmp(&b.1));
-        let position = self.pairs[0].position;
-        let (pair, knot) = next.ok_or(SharingError::Coupling { position })?;
+            };
+            if closing > 0.0 && next.is_none_or(is_before) {
+                next = Some((pair, knot, closing));
+            }
+        }
+        let position = self.position[0];
+        let (pair, knot, closing) = next.ok_or(SharingError::Coupling { position })?;
         for (load, gain) in self.load.iter_mut().zip(&self.gain) {
             *load += gain * (knot - self.knot);
         }
         self.knot = knot;
         self.joined[pair] = true;
-        self.gain = self.gains();
-        let gaining = (0..self.pairs.len()).all(|p| !self.joined[p] || self.gain[p] > 0.0);
-        let position = self.pairs[pair].position;
+        self.join(pair, closing);
+        let gaining = (0..self.pairs).all(|p| !self.joined[p] || self.gain[p] > 0.0);
+        let position = self.position[pair];
         gaining
             .then_some(pair)
             .ok_or(SharingError::Coupling { position })
     }
 
-    /// Derivatives of the line loads of the joined pairs by the approach: `C⁻¹ 1` among them.
-    fn gains(&self) -> [f64; MOST_PAIRS] {
-        let mut joined = (0..MOST_PAIRS).filter(|&pair| self.joined[pair]);
-        if let (Some(alone), None) = (joined.next(), joined.next()) {
-            let gain = 1.0 / self.compliance[alone][alone];
-            return std::array::from_fn(|pair| if pair == alone { gain } else { 0.0 });
+    /// Adds a pair to the inverse of the compliances and to the gains, `C⁻¹ 1` among the joined pairs: with its
+    /// couplings c to them and its own compliance d, `u = (C⁻¹ c, −1)` and `σ = d − c C⁻¹ c` the inverse grows by
+    /// `u uᵀ/σ` (bordering). `closing` is `1 − c C⁻¹ 1`.
+    fn join(&mut self, pair: usize, closing: f64) {
+        let row = self.compliance[pair];
+        let mut moved = self.inverse.map(|inverse| product(&inverse, &row));
+        let own = (row[pair] - product(&row, &moved)).recip();
+        moved[pair] = -1.0;
+        for i in 0..MOST_PAIRS {
+            self.gain[i] -= moved[i] * (closing * own);
+            for j in 0..MOST_PAIRS {
+                self.inverse[i][j] += moved[i] * (moved[j] * own);
+            }
         }
-        let scale = self.compliance[0][0];
-        // The others are decoupled by a diagonal entry.
-        let among: [[f64; MOST_PAIRS]; MOST_PAIRS] = std::array::from_fn(|i| {
-            std::array::from_fn(|j| {
-                if self.joined[i] && self.joined[j] {
-                    self.compliance[i][j] / scale
-                } else {
-                    f64::from(u8::from(i == j))
-                }
-            })
-        });
-        let inverse = invert(&among);
-        std::array::from_fn(|i| {
-            let row = (0..MOST_PAIRS).filter(|&j| self.joined[i] && self.joined[j]);
-            row.map(|j| inverse[i][j] / scale).sum()
-        })
     }
+}
+
+fn product(one: &[f64; MOST_PAIRS], other: &[f64; MOST_PAIRS]) -> f64 {
+    let [a, b, c] = one;
+    let [x, y, z] = other;
+    a * x + b * y + c * z
 }

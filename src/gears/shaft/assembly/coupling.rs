@@ -181,7 +181,7 @@ impl Assembly {
             non_negative("damping coefficient [N s/m]", row[i])?;
             finite("cross damping coefficient [N s/m]", row[1 - i])?;
         }
-        let entries = self.planar(node, other, damping)?;
+        let entries = self.planar_entries(node, other, damping)?;
         self.coupling.damping.extend(entries);
         Ok(())
     }
@@ -201,7 +201,7 @@ impl Assembly {
         for stiffness in cross {
             finite("cross stiffness [N/m]", stiffness)?;
         }
-        let entries = self.planar(node, other, [[0.0, cross[0]], [cross[1], 0.0]])?;
+        let entries = self.planar_entries(node, other, [[0.0, cross[0]], [cross[1], 0.0]])?;
         self.coupling.cross_stiffness.extend(entries);
         Ok(())
     }
@@ -264,7 +264,7 @@ impl Assembly {
 
     /// The entries of a 2 × 2 matrix between x and y of a node and those of another one, or
     /// the ground.
-    fn planar(
+    fn planar_entries(
         &self,
         node: usize,
         other: Option<usize>,

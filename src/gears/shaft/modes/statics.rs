@@ -12,7 +12,7 @@ use faer::Mat;
 const SHIFT: f64 = 1e-3;
 
 /// Change of a shape at convergence, relative to its largest entry or to that of the whole deflection.
-const THERE: f64 = 1e-14;
+const CONVERGED: f64 = 1e-14;
 
 /// Largest number of steps: without elastic modes to set the shift the factor may be 0.9.
 const MOST_STEPS: usize = 400;
@@ -85,7 +85,7 @@ impl Modes {
             without(&mut next, &self.shape, &inertia);
             let change = Mat::from_fn(size, loads.len(), |i, j| next[(i, j)] - shape[(i, j)]);
             let there = (0..loads.len())
-                .all(|j| largest(&change, j) <= THERE * largest(&next, j).max(whole[j]));
+                .all(|j| largest(&change, j) <= CONVERGED * largest(&next, j).max(whole[j]));
             shape = next;
             if there {
                 return Ok(self.followed_by(&shape));

@@ -266,7 +266,7 @@ impl TrainDrive {
         }
         let rigid = self.rotations();
         match Modes::lowest(&with_springs.mass, &with_springs.stiffness, rigid, rigid) {
-            Err(error) => self.not_held(error, &with_springs, assembled),
+            Err(error) => self.name_unsupported(error, &with_springs, assembled),
             Ok(_) => ShaftError::NoConvergence {
                 size: with_springs.mass.nrows(),
             },

@@ -215,7 +215,7 @@ impl TrainDrive {
         let first = nodes[0].1;
         for stretch in shaft.stretches(places) {
             let section = &shaft.sections[stretch.section];
-            let kind = Section::hollow(stretch.outer, section.inner)?;
+            let kind = Section::hollow(stretch.outer_diameter, section.inner)?;
             let (from, length) = (stretch.from, stretch.to - stretch.from);
             let fresh: Vec<f64> = (0..=stretch.elements as usize)
                 .map(|step| from + length * step as f64 / stretch.elements)

@@ -30,16 +30,16 @@ pub(super) struct ElementRun {
     /// End \[m\].
     pub to: f64,
     /// Outer diameter, hubs included \[m\].
-    pub outer: f64,
+    pub outer_diameter: f64,
     /// Number of elements, an integer as a float, as it may exceed integer types if a unit is wrong.
     pub elements: f64,
 }
 
 impl TrainShaft {
     /// Largest length of a beam element of a section \[m\] at this outer diameter \[m\].
-    fn longest_element(&self, section: usize, outer: f64) -> f64 {
+    fn longest_element(&self, section: usize, outer_diameter: f64) -> f64 {
         let section = &self.sections[section];
-        section.element.or(self.element).unwrap_or(outer)
+        section.element.or(self.element).unwrap_or(outer_diameter)
     }
 
     /// The stretches of a flexible shaft with nodes at these `places` \[m\], ascending, and at the ends of hubs.
@@ -70,13 +70,13 @@ impl TrainShaft {
             stations.sort_by(f64::total_cmp);
             let mut from = start;
             for to in stations {
-                let outer = self.outer_at(shaft_section, 0.5 * (from + to));
-                let elements = (to - from) / self.longest_element(section, outer);
+                let outer_diameter = self.outer_at(shaft_section, 0.5 * (from + to));
+                let elements = (to - from) / self.longest_element(section, outer_diameter);
                 stretches.push(ElementRun {
                     section,
                     from,
                     to,
-                    outer,
+                    outer_diameter,
                     elements: (elements * (1.0 - 1e-9)).ceil().max(1.0),
                 });
                 from = to;

@@ -24,7 +24,7 @@ impl Solved<'_> {
     }
 
     /// Participation of a contact, which is zero in the neutral rotation.
-    pub fn contact(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
+    pub fn contact_participation(&self, terms: &[(usize, Freedom, f64)]) -> Vec<f64> {
         let mut column = self.participation(terms);
         column[0] = 0.0;
         column
@@ -32,7 +32,7 @@ impl Solved<'_> {
 
     pub fn flank(&self, terms: &FlankTerms) -> FlankParticipation {
         FlankParticipation {
-            mesh: self.contact(&terms.mesh),
+            mesh: self.contact_participation(&terms.mesh),
             tilt: self.participation(&terms.tilt),
             friction: self.participation(&terms.friction),
             lever: self.participation(&terms.lever),

@@ -6,7 +6,7 @@ use super::kinematics::Speeds;
 use super::ratio::Ratio;
 use super::{GearPlace, ShaftCoupling, TrainDrive, TrainError, TrainShaft};
 use crate::numerics::integers::least_multiple;
-use crate::structure::{MOST_BASE_CYCLES, MOST_CYCLES};
+use crate::structure::{MOST_BASE_CYCLES, MOST_RATIO_CYCLES};
 
 /// Largest difference of unit vectors along axes of the same direction.
 const ALIKE: f64 = 1e-9;
@@ -211,7 +211,9 @@ impl TrainDrive {
             self.is_exact(ratio, body)?;
             let (p, q) = (ratio.over.unsigned_abs(), ratio.under.unsigned_abs());
             match [u64::try_from(p), u64::try_from(q)] {
-                [Ok(p), Ok(q)] if p <= u64::from(MOST_CYCLES) && q <= u64::from(MOST_CYCLES) => {
+                [Ok(p), Ok(q)]
+                    if p <= u64::from(MOST_RATIO_CYCLES) && q <= u64::from(MOST_RATIO_CYCLES) =>
+                {
                     cycles.push([p as u32, q as u32]);
                 }
                 [p, q] => {

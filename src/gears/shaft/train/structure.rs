@@ -16,7 +16,7 @@ use crate::structure::{
 };
 
 /// The motions that bearings must hold, with the stiffnesses that do so.
-const HELD: [(Freedom, &str, &str); 5] = [
+const REQUIRED_SUPPORTS: [(Freedom, &str, &str); 5] = [
     (Freedom::X, "along its x axis", "x"),
     (Freedom::Y, "along its y axis", "y"),
     (Freedom::Z, "axially", "axial"),
@@ -60,7 +60,7 @@ impl TrainDrive {
             .into());
         }
         let solution = Modes::lowest(&matrices.mass, &matrices.stiffness, modes, rigid)
-            .map_err(|error| self.not_held(error, &matrices, &assembled))?;
+            .map_err(|error| self.name_unsupported(error, &matrices, &assembled))?;
         let mut damping = self.modal_damping(modes, rigid)?;
         let neutral = self.neutral(&layout, &assembled, (&matrices, &solution), rigid);
         let bearings = BearingTerms::of_supports(&matrices, assembled.supports.iter().cloned());
@@ -122,7 +122,7 @@ impl TrainDrive {
     }
 
     /// Names the shaft, or loose gear relative to its shaft, that moves in unexpected rigid motions.
-    pub(super) fn not_held(
+    pub(super) fn name_unsupported(
         &self,
         error: ShaftError,
         matrices: &AssembledMatrices,
@@ -158,7 +158,7 @@ impl TrainDrive {
             });
         let mut worst = (0.0, None);
         for (name, node, on) in shafts.chain(loose) {
-            for (freedom, direction, key) in HELD {
+            for (freedom, direction, key) in REQUIRED_SUPPORTS {
                 let terms = [(node, freedom, 1.0)];
                 let against: Terms = on.map(|node| (node, freedom, -1.0)).into_iter().collect();
                 let place = matrices.functional(&[&terms[..], &against].concat());
@@ -428,7 +428,7 @@ impl TrainDrive {
             }
         }
         for (number, coupling) in self.couplings.iter().enumerate() {
-            let twist = solved.contact(&self.twist(number, layout, assembled));
+            let twist = solved.contact_participation(&self.twist(number, layout, assembled));
             for stage in &coupling.stages {
                 for (side, _) in stage.side.ways() {
                     let participations = twist.iter().map(|w| side * w).collect();
@@ -441,7 +441,7 @@ impl TrainDrive {
             }
         }
         for (number, coupling) in self.couplings.iter().enumerate() {
-            let twist = solved.contact(&self.twist(number, layout, assembled));
+            let twist = solved.contact_participation(&self.twist(number, layout, assembled));
             for element in &coupling.hysteresis {
                 let parts = StructureContact::slider("", &twist, element.stiffness, element.limit);
                 contacts.extend(parts.map(|part| StructureContact {
@@ -451,7 +451,8 @@ impl TrainDrive {
             }
         }
         for (number, stop) in self.stops.iter().enumerate() {
-            let mut participations = solved.contact(&self.approach(number, assembled));
+            let mut participations =
+                solved.contact_participation(&self.approach(number, assembled));
             participations[..solved.neutral.len()].fill(0.0);
             contacts.push(StructureContact::plain(
                 name(),

@@ -111,7 +111,7 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
         axes.valid.extend(list.axes);
     }
     let first_drawn = axes.valid.len();
-    if let Some(drawn) = draw(&section, drawn, &mut axes, seed) {
+    if let Some(drawn) = sample_axes(&section, drawn, &mut axes, seed) {
         groups.push((first_drawn..first_drawn + drawn.axes.len()).collect());
         axes.valid.extend(drawn.axes);
         axes.samples = Some(drawn.samples);
@@ -190,7 +190,12 @@ fn is_without_mesh(root: &Section) -> bool {
 }
 
 /// The axes that are distributions, with their values; axes without values are faulty.
-fn draw(section: &Section, drawn: Vec<Drawn>, axes: &mut Axes, seed: u64) -> Option<DrawnAxes> {
+fn sample_axes(
+    section: &Section,
+    drawn: Vec<Drawn>,
+    axes: &mut Axes,
+    seed: u64,
+) -> Option<DrawnAxes> {
     let names: Vec<String> = drawn.iter().map(|axis| axis.name().to_owned()).collect();
     let whole = axes.faulty.is_empty();
     let drawn = samples::draw(section, drawn, whole, seed);

@@ -91,7 +91,7 @@ fn node(path: &str, key: &Key) -> Value {
     let mut node = match key.kind {
         Kind::Table => table(path),
         Kind::List(_) => list(path, key),
-        Kind::Initial => {
+        Kind::InitialState => {
             let mut words = Map::new();
             words.insert(
                 "anyOf".into(),

@@ -26,7 +26,7 @@ pub(super) fn takes(key: &Key) -> String {
             "damping ratio, or damping coefficient [{}]",
             Dimension::Damping.unit()
         ),
-        Kind::Initial => "\"static\", \"rest\", or table".to_owned(),
+        Kind::InitialState => "\"static\", \"rest\", or table".to_owned(),
         Kind::Table => "table".to_owned(),
         Kind::Points => "list of tables, or path of a file".to_owned(),
         Kind::Axis(dimension) => format!("{}, one value or an axis", measure(dimension)),

@@ -29,7 +29,7 @@ impl<'a> Given<'a> {
             Kind::Text | Kind::Choice(_) => "a text in quotes",
             Kind::List(_) => "a list in [ ]",
             Kind::ContactDamping => "a damping ratio or coefficient",
-            Kind::Initial => "\"static\", \"rest\" or a table",
+            Kind::InitialState => "\"static\", \"rest\" or a table",
             Kind::Table => "a table",
             Kind::Axis(_) => "a value or a table of values",
             Kind::Points => "a list of points or the path of a file",

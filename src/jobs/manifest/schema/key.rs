@@ -80,7 +80,7 @@ pub(in crate::manifest) enum Kind {
     /// A damping ratio (bare number, `%`) or a coefficient (`N*s/m`).
     ContactDamping,
     /// `"static"`, `"rest"` or a modal state.
-    Initial,
+    InitialState,
     /// A table; its keys have separate entries.
     Table,
     /// An axis of the grid.
@@ -106,7 +106,7 @@ pub(super) const NON_NEGATIVE: Bounds = bounds(0.0, false, INF, true);
 pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
 
 /// Counts that only memory and time limit; the bound catches typing errors.
-pub(super) const MANY: f64 = 1e9;
+pub(super) const LARGEST_COUNT: f64 = 1e9;
 
 /// Tables whose keys can be axes of the grid.
 pub(in crate::manifest) const VARIABLE_TABLES: [&str; 8] = [
@@ -340,7 +340,7 @@ impl Key {
                 "a damping ratio (bare number or %){range}, or a coefficient with its unit ({}); for example 0.05 or \"1483 N*s/m\"",
                 Dimension::Damping.units()
             ),
-            Kind::Initial => "\"static\", \"rest\", or { displacement = [...], velocity = [...] } in modal coordinates".to_owned(),
+            Kind::InitialState => "\"static\", \"rest\", or { displacement = [...], velocity = [...] } in modal coordinates".to_owned(),
             Kind::Table => {
                 let names = children(MANIFEST, self.path);
                 format!("a table with the keys {}", names.join(", "))

@@ -124,7 +124,7 @@ fn lyapunov(
         );
     }
     let exponents = exponents?;
-    covariant::has_exponents(table, "exponents", exponents, model)?;
+    covariant::check_exponents(table, "exponents", exponents, model)?;
     Some(LyapunovConfig {
         exponents,
         stop_at_stderr: stop_at_stderr?,

@@ -30,11 +30,13 @@ pub(super) struct MeshContext<'a> {
 }
 
 /// The half gap \[m\], from the only key that gives it or from the drawing.
-pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<f64> {
-    let drawn = drive.gears.and_then(|gears| gears.drawn_half_gap().ok()?);
+pub(super) fn read(section: &Section, mesh_context: MeshContext<'_>) -> Option<f64> {
+    let drawn = mesh_context
+        .gears
+        .and_then(|gears| gears.drawn_half_gap().ok()?);
     let given: Vec<&str> = KEYS.into_iter().filter(|key| section.has(key)).collect();
     let Some((&key, others)) = given.split_first() else {
-        if drawn.is_none() && !drive.faulty_drawing {
+        if drawn.is_none() && !mesh_context.faulty_drawing {
             section.missing(KEYS[0]);
         }
         return drawn;
@@ -50,12 +52,12 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<f64> {
     let value = section.quantity(key)?;
     let half_gap = match key {
         "half_gap" => value,
-        "normal_backlash" => 0.5 * value / normal(drive.gears),
-        _ => 0.5 * value * along_line_of_action(section, key, drive)?,
+        "normal_backlash" => 0.5 * value / normal(mesh_context.gears),
+        _ => 0.5 * value * along_line_of_action(section, key, mesh_context)?,
     };
     match drawn {
         Some(drawn) if (half_gap - drawn).abs() > ROUNDED * drawn => {
-            let normal = 2.0 * drawn * normal(drive.gears);
+            let normal = 2.0 * drawn * normal(mesh_context.gears);
             contradiction(section, key, half_gap, [drawn, normal]);
             None
         }
@@ -80,11 +82,15 @@ fn normal(gears: Option<&GearPair>) -> f64 {
 }
 
 /// Ratio of the backlash along the line of action to the circumferential one, `cos α_w`.
-fn along_line_of_action(section: &Section, key: &str, drive: MeshContext<'_>) -> Option<f64> {
-    if let Some(gears) = drive.gears {
+fn along_line_of_action(
+    section: &Section,
+    key: &str,
+    mesh_context: MeshContext<'_>,
+) -> Option<f64> {
+    if let Some(gears) = mesh_context.gears {
         return gears.operating_pressure_angle().ok().map(f64::cos);
     }
-    if !drive.faulty_drawing {
+    if !mesh_context.faulty_drawing {
         let message =
             format!("`mesh.{key}` needs the operating pressure angle, but there is no [gear]");
         section
@@ -118,12 +124,12 @@ fn contradiction(section: &Section, key: &str, half_gap: f64, [drawn, normal]: [
 /// Checks that teeth can have the half gap; usually a wrong one is in metres instead of microns.
 pub(super) fn check_scale(
     section: &Section,
-    drive: MeshContext<'_>,
+    mesh_context: MeshContext<'_>,
     half_gap: f64,
     stiffness: &StiffnessSpec,
 ) -> Option<()> {
-    let rated_force = drive.source.and_then(StructureSource::rated_force);
-    let (most, what) = match (drive.gears, rated_force, stiffness.mean()) {
+    let rated_force = mesh_context.source.and_then(StructureSource::rated_force);
+    let (most, what) = match (mesh_context.gears, rated_force, stiffness.mean()) {
         (Some(gears), ..) => {
             let pitch = 2.0 * std::f64::consts::PI * gears.base_radii()[0];
             let most = OF_BASE_PITCH * pitch / f64::from(gears.teeth[0]);

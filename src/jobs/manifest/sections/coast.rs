@@ -10,7 +10,7 @@ use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSou
 /// reported. `laws` are those of the drive flanks' stiffness and friction.
 pub(super) fn read(
     section: &Section,
-    drive: MeshContext<'_>,
+    mesh_context: MeshContext<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<CoastSpec> {
     let given = if section.has("coast_flank") {
@@ -19,7 +19,7 @@ pub(super) fn read(
         None
     };
     let unknown = matches!(
-        drive.source,
+        mesh_context.source,
         Some(StructureSource::Modal(structure)) if structure.coast.is_none()
     );
     let same_line = given == Some("same_line") || (given.is_none() && unknown);
@@ -39,14 +39,14 @@ pub(super) fn read(
             .remedy("add mesh_coast to the modal file, or set coast_flank = \"same_line\"")
             .fail(section.issues);
     }
-    let symmetry = symmetry(section, drive, laws)?;
+    let symmetry = symmetry(section, mesh_context, laws)?;
     Some(CoastSpec::Mirrored { symmetry })
 }
 
 /// The mesh phase of symmetry, in cycles; 0 if nothing depends on it.
 fn symmetry(
     section: &Section,
-    drive: MeshContext<'_>,
+    mesh_context: MeshContext<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<f64> {
     let (stiffness, friction) = laws?;
@@ -61,7 +61,7 @@ fn symmetry(
     if section.has("coast_symmetry") {
         return section.quantity("coast_symmetry");
     }
-    if let Some(gears) = drive.gears {
+    if let Some(gears) = mesh_context.gears {
         let fault = match gears.symmetry() {
             Ok(symmetry) => return Some(symmetry),
             Err(fault) => fault,
@@ -74,7 +74,7 @@ fn symmetry(
         );
         return None;
     }
-    if drive.faulty_drawing || drive.source.is_none() {
+    if mesh_context.faulty_drawing || mesh_context.source.is_none() {
         return None;
     }
     // Harmonics have given phases, independent of the contact ratio.

@@ -14,7 +14,7 @@ pub(super) fn read(table: &Section, model: Option<&ModelSpec>) -> Option<Covaria
         cycles: cycles?,
         align: align?,
     };
-    has_exponents(table, "vectors", config.vectors, model)?;
+    check_exponents(table, "vectors", config.vectors, model)?;
     let memory = config.memory();
     if memory > MOST_MEMORY {
         let most = MOST_MEMORY / (memory / (config.cycles + config.align));
@@ -36,8 +36,8 @@ pub(super) fn read(table: &Section, model: Option<&ModelSpec>) -> Option<Covaria
     Some(config)
 }
 
-/// Whether a model has as many exponents as a key requests; `None` if it does not, which is reported.
-pub(super) fn has_exponents(
+/// Reports a request for more exponents than the model has; `None` if so.
+pub(super) fn check_exponents(
     table: &Section,
     key: &str,
     requested: usize,

@@ -13,10 +13,10 @@ use std::sync::Arc;
 /// Stiffness from the drawing of the gears, which must mesh.
 pub(super) fn read(
     section: &Section,
-    drive: MeshContext<'_>,
+    mesh_context: MeshContext<'_>,
     misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
-    let gears = drive.gears;
+    let gears = mesh_context.gears;
     section.without_effect(
         &[
             "mean_stiffness",
@@ -40,7 +40,7 @@ pub(super) fn read(
     let pairs = pairs(section, resolution, gears, misalignment);
     let spec = of_drawing(section, gears, continuous, pairs);
     let (pairs, spec) = (pairs?, spec?);
-    if let Some(StructureSource::Train(train)) = drive.source
+    if let Some(StructureSource::Train(train)) = mesh_context.source
         && !train.planetary.is_empty()
         && pairs.is_some()
     {
@@ -54,7 +54,7 @@ pub(super) fn read(
     }
     let Some(spec) = spec else {
         // For other sources, a missing or faulty drawing has been reported.
-        if let Some(StructureSource::Train(_)) = drive.source {
+        if let Some(StructureSource::Train(_)) = mesh_context.source {
             let message =
                 "a mesh table needs parallel axes, but the gears of the first mesh are bevel gears";
             section

@@ -35,7 +35,7 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 }
 
 /// The film; an inner `None` without a film, an outer one if there are faults, which have been reported.
-pub(super) fn read(mesh: &Section, drive: MeshContext<'_>) -> Option<Option<Film>> {
+pub(super) fn read(mesh: &Section, mesh_context: MeshContext<'_>) -> Option<Option<Film>> {
     let Some(section) = mesh.child("film")? else {
         return Some(None);
     };
@@ -60,8 +60,8 @@ pub(super) fn read(mesh: &Section, drive: MeshContext<'_>) -> Option<Option<Film
             "raise mesh.film.thickness above mesh.film.least_thickness",
         );
     }
-    let Some(gears) = drive.gears else {
-        if drive.faulty_drawing || drive.source.is_none() {
+    let Some(gears) = mesh_context.gears else {
+        if mesh_context.faulty_drawing || mesh_context.source.is_none() {
             return None;
         }
         let message = "the film of oil needs the radii and the width of the drawing of a pair on parallel axes";

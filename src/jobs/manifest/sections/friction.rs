@@ -20,16 +20,16 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 /// An outer one if the drawing has faults or does not determine the sliding, which has been reported.
 pub(super) fn sliding(
     section: &Section,
-    drive: MeshContext<'_>,
+    mesh_context: MeshContext<'_>,
     friction: &FrictionSpec,
     stiffness: &StiffnessSpec,
 ) -> Option<Option<EvenSharing>> {
     if !friction.acts() || matches!(stiffness, StiffnessSpec::Table(_)) {
         return Some(None);
     }
-    let Some(gears) = drive.gears else {
-        if !drive.faulty_drawing && drive.source.is_some() {
-            let remedy = match drive.source {
+    let Some(gears) = mesh_context.gears else {
+        if !mesh_context.faulty_drawing && mesh_context.source.is_some() {
+            let remedy = match mesh_context.source {
                 Some(StructureSource::Train(_)) => {
                     "set mesh.friction = 0: bevel gears have no friction"
                 }
@@ -86,7 +86,7 @@ fn unknown(section: &Section, message: String, remedy: &'static str) {
 }
 
 /// The friction; `None` if it or the drawing has faults, which have been reported.
-pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<FrictionSpec> {
+pub(super) fn read(section: &Section, mesh_context: MeshContext<'_>) -> Option<FrictionSpec> {
     if section.choice("friction_law")? == "constant" {
         section.without_effect(
             &OF_LAW,
@@ -104,9 +104,9 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<Friction
     let roughness = section.quantity("roughness");
     let viscosity = section.quantity("oil_viscosity");
     let oil_factor = section.quantity("oil_factor");
-    let Some(gears) = drive.gears else {
-        if !drive.faulty_drawing {
-            let remedy = match drive.source {
+    let Some(gears) = mesh_context.gears else {
+        if !mesh_context.faulty_drawing {
+            let remedy = match mesh_context.source {
                 Some(StructureSource::Train(_)) => "give mesh.friction",
                 _ => "describe the gears in [gear], or give mesh.friction",
             };

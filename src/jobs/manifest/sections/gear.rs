@@ -63,7 +63,7 @@ fn form(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
     } else {
         Some([None; 2])
     };
-    hub_is_whole(section);
+    warn_of_hub_length(section);
     let shape = shape(section, body_length);
     Some(ToothForm {
         profile_shift: profile_shift?,
@@ -186,8 +186,8 @@ pub(super) fn plane_of(module: f64, width: f64) -> Plane {
     if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress }
 }
 
-/// Reports a length without a hub, in tables that may have a hub.
-pub(super) fn hub_is_whole(section: &Section) {
+/// Warns of `hub_length` without `hub_diameter`.
+pub(super) fn warn_of_hub_length(section: &Section) {
     if !section.has("hub_diameter") {
         section.without_effect(
             &["hub_length"],

@@ -42,8 +42,8 @@ pub(super) fn wants_gears(section: &Section) -> bool {
 }
 
 /// Reads the table.
-pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec> {
-    let half_gap = backlash::read(section, drive);
+pub(super) fn read(section: &Section, mesh_context: MeshContext<'_>) -> Option<MeshSpec> {
+    let half_gap = backlash::read(section, mesh_context);
     let choice = section.choice("stiffness");
     if choice.is_some_and(|choice| choice != "fourier") {
         section.without_effect(
@@ -55,7 +55,7 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
     let of_gears = wants_gears(section);
     let misalignment = (section.if_effective(of_gears)).quantity("misalignment");
     let stiffness = if of_gears {
-        drawn_mesh::read(section, drive, misalignment)
+        drawn_mesh::read(section, mesh_context, misalignment)
     } else {
         section.without_effect(
             &OF_TABLES,
@@ -70,18 +70,19 @@ pub(super) fn read(section: &Section, drive: MeshContext<'_>) -> Option<MeshSpec
             None => None,
         }
     };
-    let friction = friction::read(section, drive);
+    let friction = friction::read(section, mesh_context);
     let damping = contact_damping(section);
     let laws = stiffness.as_ref().zip(friction.as_ref());
-    let sliding = laws
-        .and_then(|(stiffness, friction)| friction::sliding(section, drive, friction, stiffness));
-    let coast = coast::read(section, drive, laws);
+    let sliding = laws.and_then(|(stiffness, friction)| {
+        friction::sliding(section, mesh_context, friction, stiffness)
+    });
+    let coast = coast::read(section, mesh_context, laws);
     let release = section.variant("release");
-    let film = film::read(section, drive);
+    let film = film::read(section, mesh_context);
     let teeth = (stiffness.as_ref().zip(coast.as_ref()))
-        .and_then(|laws| tooth_fault::read(section, drive, laws));
+        .and_then(|laws| tooth_fault::read(section, mesh_context, laws));
     let (half_gap, stiffness) = (half_gap?, stiffness?);
-    backlash::check_scale(section, drive, half_gap, &stiffness)?;
+    backlash::check_scale(section, mesh_context, half_gap, &stiffness)?;
     Some(MeshSpec {
         half_gap,
         length: None,

@@ -155,11 +155,11 @@ fn flanks(root: &Section, model: Option<&ModelSpec>, gap_varies: bool) -> Option
         } else {
             gears
         };
-        let drive = MeshContext {
+        let mesh_context = MeshContext {
             gears: gears.as_ref(),
             faulty_drawing: gears.is_none() && model::is_drawn(root, &section, model.is_some()),
             source: model.map(|model| &model.source),
         };
-        mesh::read(&section, drive)
+        mesh::read(&section, mesh_context)
     })
 }

@@ -29,15 +29,15 @@ pub(super) fn wants_gears(mesh: &Section) -> bool {
 /// on the stiffness and on the line of action of the coast flanks.
 pub(super) fn read(
     mesh: &Section,
-    drive: MeshContext<'_>,
+    mesh_context: MeshContext<'_>,
     (stiffness, coast): (&StiffnessSpec, &CoastSpec),
 ) -> Option<Option<Arc<FaultyTeeth>>> {
     let tables = mesh.tables(KEY)?;
     if tables.is_empty() {
         return Some(None);
     }
-    let Some(gears) = drive.gears else {
-        if !drive.faulty_drawing && drive.source.is_some() {
+    let Some(gears) = mesh_context.gears else {
+        if !mesh_context.faulty_drawing && mesh_context.source.is_some() {
             let message = "faults of teeth need the drawing of a pair on parallel axes";
             let remedy = "describe the gears in [gear], or remove mesh.tooth_fault";
             refuse(mesh, message.to_owned(), remedy);
@@ -45,7 +45,7 @@ pub(super) fn read(
         return None;
     };
     let read: Vec<_> = (tables.iter()).map(|table| fault(table, gears)).collect();
-    if let Some(StructureSource::Train(train)) = drive.source
+    if let Some(StructureSource::Train(train)) = mesh_context.source
         && !train.planetary.is_empty()
     {
         let message = "meshes of planets are all alike";

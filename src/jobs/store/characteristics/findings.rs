@@ -1,6 +1,5 @@
 //! Results derived from the figures: the roofline, and disturbances of the measurements.
 
-use crate::store::file::Row;
 use crate::store::table::{Table, columns};
 use serde::{Deserialize, Serialize};
 
@@ -38,8 +37,6 @@ impl RoofRow {
         ])
     }
 }
-
-impl Row for RoofRow {}
 
 /// Disturbances of the measurements.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

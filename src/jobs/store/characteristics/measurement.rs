@@ -1,6 +1,5 @@
 //! A measured figure with its key.
 
-use crate::store::file::Row;
 use crate::store::table::{Column, Table, columns};
 use serde::{Deserialize, Serialize};
 
@@ -74,5 +73,3 @@ impl<K: Key> Measurement<K> {
         Table::new(all)
     }
 }
-
-impl<K> Row for Measurement<K> {}

@@ -12,7 +12,7 @@ pub use measurement::{Figure, Measurement};
 
 use super::StoreError;
 use super::atomic_file::write_atomically;
-use super::file::{Row, UnfinishedTable, create_folder, remove_stale};
+use super::file::{UnfinishedTable, create_folder, remove_stale};
 use super::run::ProgramRecord;
 use super::table::Table;
 use measurement::Key;
@@ -145,12 +145,7 @@ impl TableFolder<'_> {
         self.rows(K::NAME, Measurement::table(), rows)
     }
 
-    fn rows<R: Row + Clone>(
-        &self,
-        name: &str,
-        table: Table<R>,
-        rows: &[R],
-    ) -> Result<(), StoreError> {
+    fn rows<R: Clone>(&self, name: &str, table: Table<R>, rows: &[R]) -> Result<(), StoreError> {
         let name = format!("{name}.parquet");
         let mut file =
             UnfinishedTable::create_standalone(self.folder, &name, table, &self.metadata)?;

@@ -3,9 +3,10 @@
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, CellOutcome, ChaosAverages, ChaosOutcome, Class,
-    CourseOutcome, CovariantOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke, LyapunovMethod,
-    LyapunovOutcome, MultistabilityOutcome, NvhOutcome, NvhStatistics, PoincareSample,
-    PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod, Status,
+    ConvergenceOutcome, CovariantOutcome, EvidenceOutcome, GrowthRecord, KaplanYorke,
+    LyapunovMethod, LyapunovOutcome, MultistabilityOutcome, NvhOutcome, NvhStatistics,
+    PoincareSample, PointOutcome, ProbeOutcome, SampleKind, Spectrum, SpectrumLine, SpectrumMethod,
+    Status,
 };
 use crate::analysis::{HorizonMeasure, HorizonOutcome, HorizonQuantity};
 use crate::store::Placement;
@@ -33,7 +34,7 @@ fn row(point_id: u64, numbers: &[f64]) -> PointRow {
                 twin_stderr: None,
                 twin_agrees: Some(false),
                 method: LyapunovMethod::Multipliers,
-                course: Some(CourseOutcome {
+                convergence: Some(ConvergenceOutcome {
                     cycles: numbers.to_vec(),
                     exponents: numbers.to_vec(),
                     errors: numbers.to_vec(),

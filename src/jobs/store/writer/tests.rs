@@ -8,12 +8,12 @@ use std::path::Path;
 use super::*;
 use crate::analysis::{
     AngleOutcome, AttractorOutcome, BasinShare, Bifurcation, CellOutcome, ChaosAverages,
-    ChaosOutcome, Character, Class, CourseOutcome, CovariantOutcome, EvidenceOutcome, GrowthRecord,
-    HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick, LyapunovMethod,
-    LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhOutcome, NvhStatistics,
-    OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome, PowerOutcome, ProbeOutcome,
-    SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod, Status, TraceSample,
-    TraceSink,
+    ChaosOutcome, Character, Class, ConvergenceOutcome, CovariantOutcome, EvidenceOutcome,
+    GrowthRecord, HorizonMeasure, HorizonOutcome, HorizonQuantity, KaplanYorke, Kick,
+    LyapunovMethod, LyapunovOutcome, MissedState, ModalState, MultistabilityOutcome, NvhOutcome,
+    NvhStatistics, OrbitOutcome, OrbitSurvey, OrderLine, PoincareSample, PointOutcome,
+    PowerOutcome, ProbeOutcome, SampleKind, SignalOrders, Spectrum, SpectrumLine, SpectrumMethod,
+    Status, TraceSample, TraceSink,
 };
 use crate::model::Quantity;
 use crate::model::{ActiveSet, COAST_FLANK};
@@ -48,7 +48,7 @@ fn layout() -> ResultLayout {
         ],
         tied: Vec::new(),
         swept: None,
-        basins: Some(["of mode 1", "of mode 2"].map(|name| AxisColumn {
+        basin_axes: Some(["of mode 1", "of mode 2"].map(|name| AxisColumn {
             name: name.into(),
             unit: "m".into(),
         })),
@@ -88,7 +88,7 @@ fn full(point_id: u64) -> PointRow {
                 twin_stderr: Some(0.02),
                 twin_agrees: Some(true),
                 method: LyapunovMethod::Tangent,
-                course: Some(CourseOutcome {
+                convergence: Some(ConvergenceOutcome {
                     cycles: vec![40.0, 80.0],
                     exponents: vec![0.87, 0.86],
                     errors: vec![0.02, 0.013],
@@ -1316,7 +1316,7 @@ fn a_hundred_thousand_points_stream() {
     let folder = tempfile::tempdir().unwrap();
     let count = 100_000;
     let layout = ResultLayout {
-        basins: None,
+        basin_axes: None,
         ..layout()
     };
     let mut writer = ResultWriter::create(folder.path(), &layout, 0..count).unwrap();

@@ -19,7 +19,7 @@ const POINTS: usize = 12;
 const WORKERS: usize = 3;
 const CHANNEL: usize = 2;
 const AHEAD: u64 = 4;
-const LOOK: usize = 6;
+const MOST_CANDIDATES: usize = 6;
 
 /// Number of orders that are tried.
 const ORDERS: usize = 2000;
@@ -74,7 +74,7 @@ fn in_many_orders(end: End) {
     let run = move || {
         let selection = ChainSelection::of_shard(&JOB, None);
         let mut queue = Queue::new(&JOB, selection, FinishedChains::default(), 1, WORKERS, 0);
-        (queue.look, queue.ahead) = (LOOK, AHEAD);
+        (queue.most_candidates, queue.ahead) = (MOST_CANDIDATES, AHEAD);
         let queue = Arc::new(queue);
         let written = Arc::new(AtomicU64::new(0));
         let interrupt = Arc::new(AtomicBool::new(false));

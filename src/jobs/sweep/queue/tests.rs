@@ -19,11 +19,11 @@ pub(super) fn job(loads: usize, speeds: usize) -> Job {
     job
 }
 
-fn queue<'a>(job: &'a Job, look: usize, ahead: u64) -> Queue<'a> {
+fn queue<'a>(job: &'a Job, most_candidates: usize, ahead: u64) -> Queue<'a> {
     let selection = ChainSelection::of_shard(job, None);
     let finished = FinishedChains::default();
     let mut queue = Queue::new(job, selection, finished, 1, 1, 0);
-    (queue.look, queue.ahead) = (look, ahead);
+    (queue.most_candidates, queue.ahead) = (most_candidates, ahead);
     queue
 }
 

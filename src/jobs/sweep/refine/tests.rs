@@ -151,7 +151,7 @@ fn a_class_that_does_not_hold_is_no_boundary() {
                 twin_stderr: None,
                 twin_agrees: None,
                 method: LyapunovMethod::Tangent,
-                course: None,
+                convergence: None,
             });
             row
         })

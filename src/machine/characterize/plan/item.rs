@@ -134,8 +134,8 @@ pub enum Item {
         /// The teams; the first is one thread.
         teams: Vec<Vec<HardwareThread>>,
     },
-    /// Reading a buffer: one figure per stride.
-    Mountain {
+    /// Reading a buffer (memory mountain): one figure per stride.
+    MemoryMountain {
         /// Thread of the reader.
         thread: HardwareThread,
         /// Lines of the buffer.
@@ -163,7 +163,7 @@ impl Item {
             Self::Arithmetic { .. } => Part::Arithmetic,
             Self::Streams { .. } | Self::Nodes { .. } => Part::Bandwidth,
             Self::Solver { .. } => Part::Solver,
-            Self::Mountain { .. } => Part::Mountain,
+            Self::MemoryMountain { .. } => Part::Mountain,
             Self::Latency { .. } => Part::Latency,
         }
     }
@@ -175,7 +175,7 @@ impl Item {
             Self::Streams { .. } => "bandwidth",
             Self::Nodes { .. } => "bandwidth between nodes",
             Self::Solver { .. } => "solver scaling",
-            Self::Mountain { .. } => "memory mountain",
+            Self::MemoryMountain { .. } => "memory mountain",
             Self::Latency { .. } => "latency",
         }
     }

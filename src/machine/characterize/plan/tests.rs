@@ -149,7 +149,7 @@ fn one_core_in_a_small_container() {
         ));
         let bytes = match item {
             Item::Streams { lines, .. } => 3 * lines * LINE,
-            Item::Mountain { lines, .. } => lines * LINE,
+            Item::MemoryMountain { lines, .. } => lines * LINE,
             Item::Latency { sizes, .. } => sizes[sizes.len() - 1] * LINE,
             _ => 0,
         };

@@ -87,7 +87,10 @@ pub(super) fn draw(
 ///
 /// # Errors
 /// The table cannot be read, or an axis does not exist.
-pub(super) fn draw_loudness(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
+pub(super) fn draw_deflection_rms(
+    results: &Results,
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
     let column = ColumnName {
         table: TableKind::Points,
         name: "deflection_rms".to_owned(),

@@ -156,7 +156,7 @@ impl fmt::Display for ColumnName {
 
 /// Names similar to a given one: those that contain it or are part of it, then those that differ in few letters.
 pub(in crate::report::plot) fn nearest(name: &str, known: &[String]) -> Vec<String> {
-    const MOST: usize = 4;
+    const MOST_NAMES: usize = 4;
     let folded = name.to_lowercase();
     let mut near: Vec<(usize, &String)> = (known.iter())
         .filter_map(|candidate| {
@@ -168,7 +168,7 @@ pub(in crate::report::plot) fn nearest(name: &str, known: &[String]) -> Vec<Stri
         .collect();
     near.sort();
     near.into_iter()
-        .take(MOST)
+        .take(MOST_NAMES)
         .map(|(_, name)| name.clone())
         .collect()
 }

@@ -6,7 +6,7 @@ use crate::report::numbers::number;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::picture::Drawn;
 use crate::report::plot::picture_kind::PictureKind;
-use crate::report::plot::request::{PlotRequest, USUAL_ORDERS};
+use crate::report::plot::request::{DEFAULT_ORDERS, PlotRequest};
 use crate::report::plot::spectral::SpectralLines;
 
 /// Draws the levels of orders.
@@ -18,7 +18,7 @@ pub(in crate::report::plot) fn draw(
     request: &PlotRequest,
 ) -> Result<Drawn, PlotError> {
     let orders = match &request.orders[..] {
-        [] => &USUAL_ORDERS[..],
+        [] => &DEFAULT_ORDERS[..],
         orders => orders,
     };
     let mut all = Vec::new();

@@ -7,7 +7,7 @@ use crate::report::plot::panel::{Panel, TICK_SIZE};
 /// Smallest distance of two names \[px\].
 const LEAST_DISTANCE: f64 = 16.0;
 /// Distance from the panel to the names \[px\].
-const ASIDE: f64 = 26.0;
+const LABEL_GAP: f64 = 26.0;
 
 /// Lines closer than this everywhere look like one \[px\].
 const SAME_LINE: f64 = 0.8;
@@ -39,7 +39,11 @@ pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &s
         } else {
             format!("{} … {} {unit}", lines[first].name, lines[last].name)
         };
-        canvas.label([x + ASIDE, place + 0.35 * TICK_SIZE], name.trim_end(), INK);
+        canvas.label(
+            [x + LABEL_GAP, place + 0.35 * TICK_SIZE],
+            name.trim_end(),
+            INK,
+        );
     }
 }
 

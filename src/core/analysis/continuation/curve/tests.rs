@@ -149,8 +149,8 @@ fn places_in_a_plane_are_parts_of_its_sides() {
         longest: 0.1,
         most: 10,
     };
-    assert!(plane.holds([1.0, 500.0]) && plane.holds([2.0, 300.0]));
-    assert!(!plane.holds([0.999, 300.0]) && !plane.holds([2.0, 500.1]));
+    assert!(plane.contains([1.0, 500.0]) && plane.contains([2.0, 300.0]));
+    assert!(!plane.contains([0.999, 300.0]) && !plane.contains([2.0, 500.1]));
     let apart = plane.distance_between([1.2, 220.0], [1.8, 380.0]);
     assert!((apart - 0.5).abs() < 1e-14, "{apart}");
 }

@@ -49,7 +49,7 @@ pub(super) fn factorise_body<V: Vector>(
     for j in 0..TERMS {
         for g in 0..GROUPS {
             let at = g * LANES;
-            let above = V::read(&ABOVE[TERMS - 1 - j + at..]).times(V::splat(-1.0));
+            let above = V::read(&ABOVE_DIAGONAL[TERMS - 1 - j + at..]).times(V::splat(-1.0));
             let scaled = V::read(&matrix[j].0[at..]).times(V::read(&out.pivots.0[at..]));
             scaled.times(above).write(&mut out.upper[j].0[at..]);
         }
@@ -60,8 +60,8 @@ pub(super) fn factorise_body<V: Vector>(
 
 /// One if a column's entry i, at index `TERMS − 1 − j + i`, is on, above or below the diagonal.
 const DIAGONAL: [f64; 2 * TERMS - 1] = places(TERMS - 1, TERMS);
-const ABOVE: [f64; 2 * TERMS - 1] = places(0, TERMS - 1);
-const BELOW: [f64; 2 * TERMS - 1] = places(TERMS, 2 * TERMS - 1);
+const ABOVE_DIAGONAL: [f64; 2 * TERMS - 1] = places(0, TERMS - 1);
+const BELOW_DIAGONAL: [f64; 2 * TERMS - 1] = places(TERMS, 2 * TERMS - 1);
 
 const fn places(from: usize, to: usize) -> [f64; 2 * TERMS - 1] {
     let mut out = [0.0; 2 * TERMS - 1];
@@ -82,7 +82,7 @@ fn eliminate<V: Vector, const GROUP: usize>(matrix: &mut [Row; TERMS], out: &mut
         let mut lower = [V::zero(); GROUPS];
         for g in 0..GROUPS {
             let at = g * LANES;
-            let below = V::read(&BELOW[TERMS - 1 - step + at..]).times(V::splat(-pivot));
+            let below = V::read(&BELOW_DIAGONAL[TERMS - 1 - step + at..]).times(V::splat(-pivot));
             lower[g] = V::read(&matrix[step].0[at..]).times(below);
             lower[g].write(&mut out.lower[step].0[at..]);
         }

@@ -37,7 +37,7 @@ pub(super) fn scalar(key: &Key) -> Vec<Value> {
             forms.extend(text(Dimension::Damping));
             forms
         }
-        Kind::Text | Kind::List(_) | Kind::Initial | Kind::Table | Kind::Points => {
+        Kind::Text | Kind::List(_) | Kind::InitialState | Kind::Table | Kind::Points => {
             vec![json!({ "type": "string" })]
         }
     }

@@ -1,7 +1,7 @@
 //! `[analyses]`.
 
 use crate::manifest::schema::key::{
-    ANY, Key, Kind, MANY, POSITIVE, bounds, choice, integer, key, quantity, table,
+    ANY, Key, Kind, LARGEST_COUNT, POSITIVE, bounds, choice, integer, key, quantity, table,
 };
 use crate::units::Dimension::{Length, ModalDisplacement, ModalVelocity, Ratio, Velocity};
 
@@ -39,13 +39,13 @@ pub(super) const KEYS: &[Key] = &[
                 trajectories and reads errors at 40000 cycles, then at twice as many, and so on. The coverage of \
                 these errors was measured. `survey` measures one trajectory and reads its error at 2000 cycles, for \
                 quick maps. Its errors are not verified."),
-    integer("analyses.lyapunov.lifetime", 1.0, MANY, "10000").otherwise("the bound that the measured cycles give")
+    integer("analyses.lyapunov.lifetime", 1.0, LARGEST_COUNT, "10000").otherwise("the bound that the measured cycles give")
         .about("Lower bound of the mean life of chaos, in mesh cycles, to be shown at 95 % confidence. This takes \
                 three times as many chaotic cycles if no trajectory leaves the chaos."),
     key("analyses.lyapunov.chains", Kind::Boolean, ANY, "true").or("false")
         .about("Keep the growth of every trajectory, averaged over ten mesh cycles, in the columns `chain_lengths` \
                 and `chain_growth`."),
-    integer("analyses.lyapunov.align", 0.0, MANY, "200").or("100")
+    integer("analyses.lyapunov.align", 0.0, LARGEST_COUNT, "200").or("100")
         .about("Mesh cycles discarded after the transient while the tangent vectors align with the Lyapunov directions."),
     key("analyses.lyapunov.twin", Kind::Boolean, ANY, "false").or("true")
         .about("Follow a second trajectory, the twin, beside the first. It gives the largest exponent without tangent vectors."),
@@ -61,7 +61,7 @@ pub(super) const KEYS: &[Key] = &[
                 resulting distortion."),
     table("analyses.poincare").otherwise(ABSENT)
         .about("Poincaré samples, from which bifurcation diagrams and phase portraits are drawn."),
-    integer("analyses.poincare.samples", 1.0, MANY, "100").otherwise("200, or `run.cycles` if a strobe has fewer")
+    integer("analyses.poincare.samples", 1.0, LARGEST_COUNT, "100").otherwise("200, or `run.cycles` if a strobe has fewer")
         .about("Largest number of samples kept per point. The last samples of the measured cycles are kept."),
     choice("analyses.poincare.section",
            &["strobe", "entry", "extremum", "release", "coast_entry", "coast_release", "force_maximum", "surface"],
@@ -141,9 +141,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Number of probes per point. The first starts from `run.initial`."),
     quantity("analyses.multistability.decades", Ratio, bounds(0.0, false, 12.0, false), "8").or("4")
         .about("Range of energy of the other probes, in decades, centred on the energy that closes the half gap."),
-    integer("analyses.multistability.transient", 0.0, MANY, "2000").otherwise("`run.transient`")
+    integer("analyses.multistability.transient", 0.0, LARGEST_COUNT, "2000").otherwise("`run.transient`")
         .about("Mesh cycles of each probe that are discarded."),
-    integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, MANY, "2000").otherwise("`run.cycles`, limited to 320 to 4000")
+    integer("analyses.multistability.cycles", FEWEST_CYCLES as f64, LARGEST_COUNT, "2000").otherwise("`run.cycles`, limited to 320 to 4000")
         .about("Largest number of mesh cycles measured per probe."),
     table("analyses.multistability.slice").otherwise("no slice")
         .about("A plane of initial states through `run.initial`, for pictures of basins of attraction. Two modes span \
@@ -207,8 +207,8 @@ pub(super) const KEYS: &[Key] = &[
     integer("analyses.covariant.vectors", 1.0, 2000.0, "4").or("2")
         .about("Number of vectors, from the largest exponent on. The limit is twice the number of retained modes that \
                 are not neutral, plus one if drag damps the neutral rotation."),
-    integer("analyses.covariant.cycles", FEWEST_CYCLES as f64, MANY, "5000").or("1000")
+    integer("analyses.covariant.cycles", FEWEST_CYCLES as f64, LARGEST_COUNT, "5000").or("1000")
         .about("Mesh cycles measured. With v vectors, each cycle keeps v(v + 1)/2 numbers in memory; the limit is 1 GiB in total."),
-    integer("analyses.covariant.align", 1.0, MANY, "500").or("200")
+    integer("analyses.covariant.align", 1.0, LARGEST_COUNT, "500").or("200")
         .about("Mesh cycles discarded at each end while the vectors align with the Lyapunov directions."),
 ];

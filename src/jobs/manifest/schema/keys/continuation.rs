@@ -1,7 +1,7 @@
 //! `[continuation]`.
 
 use crate::manifest::schema::key::{
-    ANY, Key, Kind, MANY, bounds, choice, integer, key, quantity, table,
+    ANY, Key, Kind, LARGEST_COUNT, bounds, choice, integer, key, quantity, table,
 };
 use crate::units::Dimension::{ModalDisplacement, ModalVelocity, Ratio};
 
@@ -22,9 +22,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Number of values of the axis, evenly spaced between its ends, at which orbits are sought. Each search \
                 starts near static equilibrium, from the orbit on which a trajectory settles, and from orbits near \
                 the trajectory."),
-    integer("continuation.transient", 0.0, MANY, "1000").or("300")
+    integer("continuation.transient", 0.0, LARGEST_COUNT, "1000").or("300")
         .about("Mesh cycles of this trajectory that are discarded before the search for close returns."),
-    integer("continuation.cycles", 1.0, MANY, "1000").or("300")
+    integer("continuation.cycles", 1.0, LARGEST_COUNT, "1000").or("300")
         .about("Mesh cycles that are searched for close returns."),
     integer("continuation.longest_period", 1.0, 64.0, "8").or("4")
         .about("Longest period, in mesh cycles, of the orbits sought and of the branches that start at period \

@@ -4,7 +4,7 @@ use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, integer, key, quantity, table,
 };
 use crate::units::Dimension::{
-    Angle, AngularSpeed, Damping, Force, ForceByDisplacement, ForceByVelocity, Length,
+    Angle, AngularSpeed, Damping, Force, ForceByModalDisplacement, ForceByModalVelocity, Length,
     ModalDamping, ModalForce, ModalForceBySpeed, ModalStiffness, Participation,
     ParticipationByLength, Ratio, Stiffness, Velocity,
 };
@@ -203,8 +203,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Name of the bearing and direction of its force. Results use this name."),
     key("bearing.*.gain", Kind::List("numbers in N/(m sqrt(kg)), one per mode"), ANY, "[0.0, 2.1e7, -4.4e6]")
         .about("Force on the bearing per unit of each modal displacement."),
-    quantity("bearing.*.gain.*", ForceByDisplacement, ANY, "2.1e7"),
+    quantity("bearing.*.gain.*", ForceByModalDisplacement, ANY, "2.1e7"),
     key("bearing.*.rate_gain", Kind::List("numbers in N s/(m sqrt(kg)), one per mode"), ANY, "[0.0, 110.0, -23.0]").otherwise("0: no dampers")
         .about("Force of the bearing's dampers per unit of each modal velocity."),
-    quantity("bearing.*.rate_gain.*", ForceByVelocity, ANY, "110.0"),
+    quantity("bearing.*.rate_gain.*", ForceByModalVelocity, ANY, "110.0"),
 ];

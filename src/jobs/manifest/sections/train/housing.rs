@@ -27,7 +27,7 @@ pub(super) fn read(
             }
             let name = bearing_table.text("housing")?;
             let Some(node) = nodes.iter().position(|node| *node == name) else {
-                unknown(bearing_table, name, &nodes);
+                report_unknown_node(bearing_table, name, &nodes);
                 return None;
             };
             joints.push(HousingJoint {
@@ -40,7 +40,7 @@ pub(super) fn read(
 }
 
 /// Records a bearing on an unknown node.
-fn unknown(bearing: &Section, name: &str, nodes: &[&str]) {
+fn report_unknown_node(bearing: &Section, name: &str, nodes: &[&str]) {
     let (message, remedy) = match nodes {
         [] => (
             format!("the bearing stands on `{name}`, but the train has no housing"),

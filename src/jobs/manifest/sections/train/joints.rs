@@ -68,7 +68,7 @@ pub(super) fn meshes(
     };
     let others = |mesh: &TrainMesh| -> Result<Vec<TrainMesh>, TrainError> {
         let sets = parts.planets.iter().enumerate();
-        let all = sets.map(|(set, planets)| planets.others(&draft, set, mesh));
+        let all = sets.map(|(set, planets)| planets.meshes_of_other_planets(&draft, set, mesh));
         Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
     };
     let first = TrainMesh {

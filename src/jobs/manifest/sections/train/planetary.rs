@@ -25,25 +25,27 @@ pub(super) fn read(
     let tables = section.tables("planetary")?;
     let names = names(&tables, section.issues, shafts)?;
     let mut planets = Vec::with_capacity(tables.len());
-    let mut radii = Vec::with_capacity(tables.len());
+    let mut axis_distances = Vec::with_capacity(tables.len());
     let named = shafts.len();
     for table in &tables {
-        if let Some((planet_set, radius)) = set(table, density, (shafts, drawn), (named, &names)) {
+        if let Some((planet_set, axis_distance)) =
+            set(table, density, (shafts, drawn), (named, &names))
+        {
             planets.push(planet_set);
-            radii.push(radius);
+            axis_distances.push(axis_distance);
         }
     }
     if planets.len() < tables.len() {
         return None;
     }
-    for (number, radius) in radii.into_iter().enumerate() {
+    for (number, axis_distance) in axis_distances.into_iter().enumerate() {
         let parts = Parts {
             shafts: &*shafts,
             drawn: &*drawn,
             planets: &planets,
         };
         planets[number].sun = parts.sun_of(section, number)?;
-        planets[number].place(section, (shafts, drawn), radius)?;
+        planets[number].place(section, (shafts, drawn), axis_distance)?;
     }
     Some(planets)
 }
@@ -103,7 +105,7 @@ fn set(
     } else {
         Some(Vec::new())
     };
-    let radius = table.if_given("radius", Section::quantity);
+    let axis_distance = table.if_given("radius", Section::quantity);
     let (carrier, at, angles, errors) = (carrier?, at?, angles?, errors?);
     let (gear, drawing) = gear?;
     if !errors.is_empty() && errors.len() != angles.len() {
@@ -113,7 +115,7 @@ fn set(
             .label("give one length per planet")
             .fail(table.issues);
     }
-    let (bearing, radius) = (bearing?, radius?);
+    let (bearing, axis_distance) = (bearing?, axis_distance?);
     let name = gear.name.clone();
     let tip_diameter = drawing.tip_diameter[0].unwrap_or_else(|| {
         let addendum = drawing.rack.addendum + drawing.profile_shift[0];
@@ -158,7 +160,7 @@ fn set(
         angles,
         sun: None,
     };
-    Some((planets, radius))
+    Some((planets, axis_distance))
 }
 
 /// The shaft with the pins, which must not be a planet of any set.
@@ -238,7 +240,8 @@ fn bearing(table: &Section, width: Option<f64>) -> Option<Bearing> {
 }
 
 impl Parts<'_> {
-    /// The mesh of a set's planets with an external gear, the sun; the first one in the manifest.
+    /// The mesh of a set's planets with an external gear, the sun; the first one in the manifest. An inner `None`: no
+    /// sun; an outer `None`: a key has faults.
     fn sun_of(&self, section: &Section, set: usize) -> Option<Option<SunMesh>> {
         let first = (self.gears(section, "gears")?, None);
         let tables = section.tables("mesh")?;
@@ -262,17 +265,17 @@ impl Planets {
         &self,
         section: &Section,
         (shafts, drawn): (&mut [TrainShaft], &[Vec<ToothForm>]),
-        radius: Option<f64>,
+        axis_distance: Option<f64>,
     ) -> Option<()> {
         let parts = Parts {
             shafts: &*shafts,
             drawn,
             planets: &[],
         };
-        let radius = match radius {
-            Some(radius) => radius,
+        let axis_distance = match axis_distance {
+            Some(axis_distance) => axis_distance,
             None => match self.tight_distance(&parts) {
-                Ok(radius) => radius,
+                Ok(axis_distance) => axis_distance,
                 Err(error) => {
                     let message =
                         format!("the distance of the planets from the axis is unknown: {error}");
@@ -287,7 +290,7 @@ impl Planets {
         let at = self.set.at;
         for (planet, &angle) in self.set.planets.iter().zip(&self.angles) {
             shafts[planet.shaft].origin =
-                shafts[self.set.carrier].point_at_distance(at, radius, angle);
+                shafts[self.set.carrier].point_at_distance(at, axis_distance, angle);
         }
         Some(())
     }
@@ -305,9 +308,9 @@ impl Planets {
             .map_err(|error| error.to_string())
     }
 
-    /// The meshes of the other planets of this set that correspond to a mesh of the first one. `train` has only meshes
-    /// of first planets.
-    pub fn others(
+    /// The meshes of the other planets of this set that correspond to a mesh of the first one. So far `train` contains
+    /// only the meshes of the first planet of each set.
+    pub fn meshes_of_other_planets(
         &self,
         train: &TrainDrive,
         set: usize,

@@ -241,7 +241,7 @@ fn toothed(
     let (gear, mut form) = (gear?, form?);
     let pitch = 2.0 * gear.pitch_radius();
     if has_hub {
-        gear::hub_is_whole(table);
+        gear::warn_of_hub_length(table);
     } else {
         form.body[0].hub = None;
         let where_none = "on planets, rings, loose gears and shafts without sections";

@@ -1,6 +1,6 @@
 //! How did the estimates of the exponents settle during the measurement?
 
-use super::outcome::CourseOutcome;
+use super::outcome::ConvergenceOutcome;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
 /// Running means and standard errors of each exponent at no more than `places` counts of cycles. The counts
@@ -8,7 +8,7 @@ use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 /// too short for an error bar.
 ///
 /// * `series`: averages of each exponent over successive stretches of `stretch` cycles.
-pub fn course(series: &[&[f64]], stretch: u32, places: usize) -> Option<CourseOutcome> {
+pub fn convergence(series: &[&[f64]], stretch: u32, places: usize) -> Option<ConvergenceOutcome> {
     let all = series.first()?.len();
     let spans = all.checked_sub(FEWEST_VALUES)?;
     if places == 0 {
@@ -25,7 +25,7 @@ pub fn course(series: &[&[f64]], stretch: u32, places: usize) -> Option<CourseOu
         };
         series.iter().flat_map(of_one).collect()
     };
-    Some(CourseOutcome {
+    Some(ConvergenceOutcome {
         cycles: (counts.iter())
             .map(|n| (*n * stretch as usize) as f64)
             .collect(),
@@ -42,7 +42,7 @@ mod tests {
     fn a_course_ends_with_the_estimate_itself() {
         let first: Vec<f64> = (0..100).map(|i| 0.5 + 0.1 * f64::from(i % 7)).collect();
         let second: Vec<f64> = first.iter().map(|a| -2.0 * a).collect();
-        let found = course(&[&first, &second], 10, 4).unwrap();
+        let found = convergence(&[&first, &second], 10, 4).unwrap();
         assert_eq!(found.cycles, [490.0, 660.0, 830.0, 1000.0]);
         assert_eq!(found.exponents.len(), 8);
         for (series, last) in [(&first, 3), (&second, 7)] {
@@ -55,9 +55,9 @@ mod tests {
     #[test]
     fn a_short_record_has_as_many_places_as_stretches() {
         let series = vec![1.0; 34];
-        let found = course(&[&series], 10, 50).unwrap();
+        let found = convergence(&[&series], 10, 50).unwrap();
         assert_eq!(found.cycles, [320.0, 330.0, 340.0]);
-        assert!(course(&[&series[..31]], 10, 50).is_none());
-        assert!(course(&[&series], 10, 0).is_none());
+        assert!(convergence(&[&series[..31]], 10, 50).is_none());
+        assert!(convergence(&[&series], 10, 0).is_none());
     }
 }
