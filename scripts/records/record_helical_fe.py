@@ -34,7 +34,8 @@ TORQUES, PHASES = (5.0, 10.0, 95.0, 190.0), 12
 PLACES = (np.arange(PHASES) + 0.5) / PHASES  # mesh phases
 SPLIT = 6  # parts of a cell between which gaps and flattening vary
 # Size of elements as in record_tooth_fe.py, degree along the face, length of cells.
-FINE, COARSE = (2.0, 14, 0.85e-3), (3.0, 12, 1.2e-3)
+FINE, COARSE, COARSEST = (2.0, 14, 0.85e-3), (3.0, 12, 1.2e-3), (4.5, 8, 1.2e-3)
+THIN = 48e-3, 74e-3  # bores that leave little of the bodies
 
 
 class Helical(Gear):
@@ -169,8 +170,8 @@ def polynomials(degree, z):
 class Elements:
     """A gear in elements."""
 
-    def __init__(self, index, scale, degree):
-        self.gear, self.index, self.degree = GEARS[index], index, degree
+    def __init__(self, index, scale, degree, thrust=True):
+        self.gear, self.index, self.degree, self.thrust = GEARS[index], index, degree, thrust
         self.nodes, self.elements = mesh(self.gear, scale)
         self.free = np.repeat(np.hypot(*self.nodes.T) > self.gear.bore / 2 * (1 + 1e-6), 3)
         places, weights = legendre.leggauss(degree + 1)
@@ -202,7 +203,7 @@ class Elements:
         """Displacement along the force on a flank at a roll angle, at a point of a tooth's section."""
         slope, turn = roll - self.gear.half, 2 * pi * tooth / self.gear.teeth
         members, weights = interpolation(self.nodes, self.elements, np.array(turned(point, turn)))
-        axial = self.gear.base * self.gear.twist
+        axial = self.gear.base * self.gear.twist * self.thrust
         direction = np.array([*turned((cos(slope), -sin(slope)), turn), axial]) * cos(BASE)
         return members, np.outer(weights, direction), polynomials(self.degree, z)
 
@@ -331,12 +332,12 @@ def meet(matrix, found, torque, modified):
     return [approach, tangent, secant, max(load), linear_approach, linear], shares
 
 
-def mesh_cycle(scale, degree, longest):
+def mesh_cycle(scale, degree, longest, thrust=True, every=1):
     """Pairs and compliances of both gears at all cells, by mesh phase, and the largest asymmetry."""
-    cycle = [pairs(phase, longest) for phase in PLACES]
-    total, apart = [0] * PHASES, 0.0
+    cycle = [pairs(phase, longest) for phase in PLACES[::every]]
+    total, apart = [0] * len(cycle), 0.0
     for index in (0, 1):
-        elements = Elements(index, scale, degree)
+        elements = Elements(index, scale, degree, thrust)
         for i, found in enumerate(cycle):
             widths = np.array([width for _, cells in found for *_, width in cells])
             forces = elements.compliance(found) / widths
@@ -374,6 +375,9 @@ HEADER = f"""\
 # mesh_error: relative changes from a mesh with edges 1.5 times as long, two degrees less along the face and cells
 #   1.4 times as long to the one recorded: of the means over the phases of transmission_error, tangent and secant,
 #   of the largest peak, and of the peak-to-peak values of transmission_error and tangent.
+#
+# body: with the drawn bores, and with bores that leave little of the bodies: mean of the tangent at {TORQUES[1]:.0f} N m with
+#   unmodified flanks, on a coarse mesh; and the same without the axial parts of forces and displacements.
 """
 
 
@@ -382,8 +386,11 @@ def summary(rows):
     return np.array([*rows[:, :3].mean(0), rows[:, 3].max(), np.ptp(rows[:, 0]), np.ptp(rows[:, 1])])
 
 
+def text(values):
+    return [float(f"{v:.6g}") for v in values]
+
+
 def record():
-    text = lambda values: [float(f"{v:.6g}") for v in values]
     (best, apart), (rough, _) = mesh_cycle(*FINE), mesh_cycle(*COARSE)
     print(HEADER)
     print(f"base_radius = {text(g.base for g in GEARS)}\ntip_radius = {text(g.outer for g in GEARS)}")
@@ -399,5 +406,18 @@ def record():
         print(f"mesh_error = {[float(f'{v:.2g}') for v in summary(coarse) / summary(rows) - 1]}")
 
 
+def bodies():
+    """Mean stiffness of unmodified flanks with the drawn and with thin bodies, with the axial part of forces or not."""
+    for bores in (BORES, THIN):
+        for gear, bore in zip(GEARS, bores):
+            gear.bore = bore
+        found = []
+        for thrust in (True, False):
+            cycle, _ = mesh_cycle(*COARSEST, thrust, 2)
+            found.append(np.mean([meet(matrix, pair, TORQUES[1], False)[0][1] for pair, matrix in cycle]))
+        print(f"\n[[body]]\nbore = {list(bores)}\nstiffness = {text(found)}", flush=True)
+
+
 if __name__ == "__main__":
     record()
+    bodies()
