@@ -124,7 +124,7 @@ impl HelicalFace {
             points,
         } in &self.stretches
         {
-            let inside = &points[places.len() / 2 * pairs..];
+            let inside = &points[places.len() / 2 * pairs..][..*pairs];
             let at = |(points, &place)| Station::new(points, place, misalignment, inside);
             let stations: Vec<Station> = (points.chunks_exact(*pairs).zip(places))
                 .map(at)
@@ -132,13 +132,8 @@ impl HelicalFace {
             for from in (0..places.len() - 1).step_by(2) {
                 let three = [from, from + 1, from + 2].map(|index| &stations[index]);
                 ramp::add_span(&mut ramps, three, (spans.len(), *pairs), unit);
-                let middle = &points[(from + 1) * pairs..];
-                let positions =
-                    std::array::from_fn(
-                        |pair| {
-                            if pair < *pairs { middle[pair].position } else { 0.0 }
-                        },
-                    );
+                let middle = &points[(from + 1) * pairs..][..*pairs];
+                let positions = std::array::from_fn(|pair| middle[pair.min(pairs - 1)].position);
                 spans.push(FaceSlice {
                     ends: [places[from], places[from + 2]],
                     pairs: *pairs,
