@@ -86,6 +86,8 @@ impl Expression {
 fn marked(text: &str) -> Result<String, String> {
     let mut out = String::with_capacity(text.len() + 8);
     let mut rest = text;
+    // Whether the product so far contains a power, for every open parenthesis.
+    let mut has_power = vec![false];
     while let Some(first) = rest.chars().next() {
         let length = match first {
             '\'' => {
@@ -122,6 +124,17 @@ fn marked(text: &str) -> Result<String, String> {
                 ));
             }
             other => {
+                match (other, has_power.last_mut()) {
+                    ('(', _) => has_power.push(false),
+                    (')', Some(_)) if has_power.len() > 1 => _ = has_power.pop(),
+                    ('^', Some(true)) => {
+                        return Err(
+                            "a power of a power needs parentheses: (a^b)^c or a^(b^c)".to_owned()
+                        );
+                    }
+                    (_, Some(power)) if OPERATORS.contains(&other) => *power = other == '^',
+                    _ => {}
+                }
                 out.push(other);
                 other.len_utf8()
             }
@@ -192,6 +205,7 @@ mod tests {
             ("2e3 - load", 2e3 - 0.25),
             ("2 * (-speed^2) + (+1)", -17.0),
             ("2 ^ (-1)", 0.5),
+            ("(2^3)^2 + 2^(1^2) * 3^2", 82.0),
             ("sqrt(speed + 1)", 2.0),
             ("sin(pi / 2) * harmonic_load.shaker.force[1]", 7.0),
             ("stiffness_matrix[1,2] / 2", 5.5),
@@ -214,6 +228,8 @@ mod tests {
             "speed load",
             "nofun(speed)",
             "2 * -speed",
+            "2^3^2",
+            "(speed^2 + 1)^2^load",
         ] {
             assert!(Expression::parse(wrong).is_err(), "{wrong}");
         }

@@ -108,18 +108,33 @@ pub(super) fn turns(
     source: Option<&StructureSource>,
     shaft: DriveShaft,
 ) -> Option<()> {
-    if let Some(StructureSource::Train(train)) = source
-        && let (DriveShaft::Wheel, gear) = (shaft, train.gear(train.gears[1]))
-        && gear.loose.is_some()
-    {
-        let name = &gear.name;
-        let message = format!("gear `{name}` is loose: its shaft does not turn with the wheel");
-        let remedy = "name a mesh in train.gears whose second gear is fixed to its shaft, or remove the torque";
-        return table
-            .inconsistent("shaft", message)
-            .label("this shaft does not turn at the speed of the wheel")
-            .remedy(remedy)
-            .fail(table.issues);
+    if let (Some(StructureSource::Train(train)), DriveShaft::Wheel) = (source, shaft) {
+        let gear = train.gear(train.gears[1]);
+        let refuse = |message: String, label: &str, remedy: &str| -> Option<()> {
+            (table
+                .inconsistent("shaft", message)
+                .label(label)
+                .remedy(remedy))
+            .fail(table.issues)
+        };
+        if gear.loose.is_some() {
+            return refuse(
+                format!(
+                    "gear `{}` is loose: its shaft does not turn with the wheel",
+                    gear.name
+                ),
+                "this shaft does not turn at the speed of the wheel",
+                "name a mesh in train.gears whose second gear is fixed to its shaft, or remove the torque",
+            );
+        }
+        if !train.planetary.is_empty() {
+            return refuse(
+                "a drive with planets has no wheel shaft on which a torque or a motion can act"
+                    .to_owned(),
+                "its first mesh may be that of a planet",
+                "let it act on the pinion's shaft, or remove it",
+            );
+        }
     }
     if let Some(StructureSource::Modal(structure)) = source {
         let (name, columns) = match shaft {
