@@ -124,15 +124,19 @@ fn marked(text: &str) -> Result<String, String> {
                 ));
             }
             other => {
-                match (other, has_power.last_mut()) {
-                    ('(', _) => has_power.push(false),
-                    (')', Some(_)) if has_power.len() > 1 => _ = has_power.pop(),
-                    ('^', Some(true)) => {
-                        return Err(
-                            "a power of a power needs parentheses: (a^b)^c or a^(b^c)".to_owned()
-                        );
+                match other {
+                    '(' => has_power.push(false),
+                    ')' => _ = has_power.pop(),
+                    '^' if has_power.last() == Some(&true) => {
+                        let remedy = "(a^b)^c or a^(b^c)";
+                        return Err(format!("a power of a power needs parentheses: {remedy}"));
                     }
-                    (_, Some(power)) if OPERATORS.contains(&other) => *power = other == '^',
+                    _ if OPERATORS.contains(&other) => {
+                        has_power
+                            .last_mut()
+                            .into_iter()
+                            .for_each(|power| *power = other == '^');
+                    }
                     _ => {}
                 }
                 out.push(other);
