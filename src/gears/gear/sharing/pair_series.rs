@@ -62,7 +62,8 @@ impl PairSeries {
         };
         for &mark in &marks {
             for (scale, value) in series.scale.iter_mut().zip(exact(law, mark)) {
-                *scale = scale.max(value.abs());
+                // Rounding may put the end of the reach into a fillet, where the gap is infinite.
+                *scale = scale.max(if value.is_finite() { value.abs() } else { 0.0 });
             }
         }
         for ends in marks.windows(2) {
