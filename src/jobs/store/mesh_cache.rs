@@ -10,7 +10,7 @@ use crate::gear::{
 use crate::numerics::instructions::portable;
 
 /// Part of every key: changes whenever the same gears give other numbers.
-const METHOD: &str = "atlas mesh table 6";
+const METHOD: &str = "atlas mesh table 7";
 
 /// Why these gears have no mesh table.
 #[derive(Debug, Error)]
