@@ -37,7 +37,7 @@ impl LoadSharing {
     /// across the face, deflection and stiffness are those of the law. Otherwise the mean represents the line load.
     ///
     /// # Errors
-    /// Those of [`LoadSharing::new`] and [`ContactPair::new`], a contact law that is not
+    /// Those of [`LoadSharing::new`], a contact law that is not
     /// finite or does not converge.
     pub fn under(
         law: &impl FlankLaw,
