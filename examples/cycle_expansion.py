@@ -48,14 +48,14 @@ class Orbit:
 
 def newton(cycle: gearatlas.CycleMap, guesses: np.ndarray, period: int, steps: int = 12) -> np.ndarray:
     """Fixed points of the map over `period` cycles, from many guesses at once; those that do not converge are left out."""
-    felt, states = cycle.felt, guesses.copy()
+    weighted, states = cycle.weighted_components, guesses.copy()
     for _ in range(steps):
         image = cycle.image(states, period, jacobian=True)
         finite = np.isfinite(image.states).all(axis=1)
-        states, residual = states[finite], (states - image.states)[finite][:, felt]
-        matrix = image.jacobian[finite][:, felt][:, :, felt] - np.eye(len(felt))
+        states, residual = states[finite], (states - image.states)[finite][:, weighted]
+        matrix = image.jacobian[finite][:, weighted][:, :, weighted] - np.eye(len(weighted))
         # Guesses that have gone astray into free flight have no inverse.
-        states[:, felt] += (np.linalg.pinv(matrix) @ residual[..., np.newaxis])[..., 0]
+        states[:, weighted] += (np.linalg.pinv(matrix) @ residual[..., np.newaxis])[..., 0]
     residual = np.linalg.norm(cycle.weights * (cycle(states, period) - states), axis=1)
     return states[residual < CLOSED]
 
@@ -73,7 +73,7 @@ def orbits(cycle: gearatlas.CycleMap, longest: int, length: int = 20_000, guesse
             if known and np.linalg.norm(weights * (np.array(known) - state), axis=1).min() < SAME:
                 continue
             points = np.array([cycle(state, n) for n in range(period)])
-            matrix = cycle.image(state, period, jacobian=True).jacobian[0][np.ix_(cycle.felt, cycle.felt)]
+            matrix = cycle.image(state, period, jacobian=True).jacobian[0][np.ix_(cycle.weighted_components, cycle.weighted_components)]
             multipliers = np.linalg.eigvals(matrix)
             orbit = Orbit(points, multipliers[np.argsort(-np.abs(multipliers))])
             away = max(np.linalg.norm(weights * (path - point), axis=1).min() for point in points)

@@ -17,7 +17,7 @@ CONTINUATION = {"over": "contact.stop.gap", "starts": 6, "longest_period": 2}
 class Valleys:
     """x → 1.5 x − x³/2, y → y/2 + x/5 in turned axes: motions at x = ±1, a border at x = 0 and the saddle 0 on it."""
 
-    base_period, weighted, weights = 1, np.arange(2), np.ones(2)
+    base_period, weighted_components, weights = 1, np.arange(2), np.ones(2)
     turned = np.array([[0.6, 0.8], [-0.8, 0.6]])
 
     def image(self, states, cycles: int = 1, *, jacobian: bool = False):

@@ -18,7 +18,7 @@ GOLDEN = 0.5 * (np.sqrt(5.0) - 1.0)
 class Turning:
     """(r, φ, z) → (r + s (R − r), φ + ρ(p) + 0.1 (r − R), z/2 + ...) in bent coordinates; the circle r = R = 1 + p is kept."""
 
-    base_period, weighted, weights = 1, np.arange(3), np.array([1.0, 2.0, 0.5])
+    base_period, weighted_components, weights = 1, np.arange(3), np.array([1.0, 2.0, 0.5])
 
     def __init__(self, p: float = 0.0, pull: float = 0.4) -> None:
         self.p, self.pull, self.point = p, pull, {"p": p}
