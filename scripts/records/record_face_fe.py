@@ -59,9 +59,8 @@ POINTS = [
 ]
 
 
-def section(nodes, elements):
-    """Integrals over the section of products of the shape functions and their derivatives by x, y."""
-    sums = {}
+def gauss_points(nodes, elements):
+    """Values and slopes by x, y of the shape functions at each Gauss point of all elements, with its area."""
     for a, b, weight in POINTS:
         c = 1 - a - b
         shape = np.array([c * (2 * c - 1), a * (2 * a - 1), b * (2 * b - 1), 4 * c * a, 4 * a * b, 4 * b * c])
@@ -71,7 +70,13 @@ def section(nodes, elements):
         ])
         jacobian = np.einsum("ij,njk->nik", by, nodes[elements])
         slope = np.einsum("nij,jk->nik", np.linalg.inv(jacobian), by)
-        area = np.abs(np.linalg.det(jacobian)) * weight / 2
+        yield shape, slope, np.abs(np.linalg.det(jacobian)) * weight / 2
+
+
+def section(nodes, elements):
+    """Integrals over the section of products of the shape functions and their derivatives by x, y."""
+    sums = {}
+    for shape, slope, area in gauss_points(nodes, elements):
         of = {"": np.broadcast_to(shape, slope[:, 0].shape), "x": slope[:, 0], "y": slope[:, 1]}
         for one, other in (("", ""), ("", "x"), ("", "y"), ("x", "x"), ("x", "y"), ("y", "y")):
             product = np.einsum("n,ni,nj->nij", area, of[one], of[other])

@@ -21,7 +21,7 @@ import numpy as np
 import pypardiso
 import scipy.sparse as sparse
 from numpy.polynomial import legendre
-from record_face_fe import POINTS
+from record_face_fe import gauss_points
 from record_tooth_fe import ADDENDUM, DEDENDUM, NU, PATCH, TIP, Gear, interpolation, mesh, turned
 from scipy.optimize import brentq
 
@@ -132,15 +132,7 @@ def section(nodes, elements, twist):
     law = np.diag([2 * shear] * 3 + [shear] * 3)
     law[:3, :3] += lame
     blocks = np.zeros((2, 2, len(elements), 18, 18))
-    for a, b, weight in POINTS:
-        c = 1 - a - b
-        shape = np.array([c * (2 * c - 1), a * (2 * a - 1), b * (2 * b - 1), 4 * c * a, 4 * a * b, 4 * b * c])
-        by = np.array([
-            [1 - 4 * c, 4 * a - 1, 0, 4 * (c - a), 4 * b, -4 * b],
-            [1 - 4 * c, 0, 4 * b - 1, -4 * a, 4 * a, 4 * (c - b)],
-        ])
-        jacobian = np.einsum("ij,njk->nik", by, nodes[elements])
-        slope = np.einsum("nij,jk->nik", np.linalg.inv(jacobian), by)
+    for shape, slope, area in gauss_points(nodes, elements):
         place = np.einsum("j,njk->nk", shape, nodes[elements])
         # At rest in space a point moves through the turning section: d/dz = partial z + steep, and vectors turn.
         steep = twist * (place[:, 1, None] * slope[:, 0] - place[:, 0, None] * slope[:, 1])
@@ -152,7 +144,6 @@ def section(nodes, elements, twist):
         still[:, 4, 1::3] = -twist * shape
         still[:, 5, 0::3] = twist * shape
         along[:, 2, 2::3] = along[:, 4, 0::3] = along[:, 5, 1::3] = shape
-        area = np.abs(np.linalg.det(jacobian)) * weight / 2
         for i in (0, 1):
             for j in (0, 1):
                 blocks[i, j] += np.einsum("nki,kl,nlj,n->nij", strain[i], law, strain[j], area, optimize=True)
