@@ -51,6 +51,12 @@ pub trait Vector: Copy {
     /// `self − other`.
     fn minus(self, other: Self) -> Self;
 
+    /// `self / divisor`.
+    fn divided_by(self, divisor: Self) -> Self;
+
+    /// `self` in the lanes of a bit mask, `other` in the others.
+    fn chosen(self, mask: u32, other: Self) -> Self;
+
     /// The larger number of each lane; if `self` or `other` is NaN, the number of `other`.
     fn larger(self, other: Self) -> Self;
 
@@ -158,6 +164,22 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
             self.0[l] -= other.0[l];
         }
         self
+    }
+
+    #[inline(always)]
+    fn divided_by(mut self, divisor: Self) -> Self {
+        for l in 0..LANES {
+            self.0[l] /= divisor.0[l];
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn chosen(self, mask: u32, mut other: Self) -> Self {
+        for l in 0..LANES {
+            other.0[l] = if mask >> l & 1 == 1 { self.0[l] } else { other.0[l] };
+        }
+        other
     }
 
     #[inline(always)]

@@ -5,10 +5,11 @@
 use super::shapes::{LANES, Row, Series, TERMS};
 use super::vector::Vector;
 use std::arch::x86_64::{
-    __m512d, _CMP_NGT_UQ, _mm512_abs_pd, _mm512_add_pd, _mm512_cmp_pd_mask, _mm512_fmadd_pd,
-    _mm512_loadu_pd, _mm512_mask_mov_pd, _mm512_maskz_mov_pd, _mm512_max_pd, _mm512_min_pd,
-    _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_set1_pd, _mm512_setr_epi64,
-    _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_sub_pd, _mm512_unpackhi_pd, _mm512_unpacklo_pd,
+    __m512d, _CMP_NGT_UQ, _mm512_abs_pd, _mm512_add_pd, _mm512_cmp_pd_mask, _mm512_div_pd,
+    _mm512_fmadd_pd, _mm512_loadu_pd, _mm512_mask_mov_pd, _mm512_maskz_mov_pd, _mm512_max_pd,
+    _mm512_min_pd, _mm512_mul_pd, _mm512_permutexvar_pd, _mm512_set1_epi64, _mm512_set1_pd,
+    _mm512_setr_epi64, _mm512_shuffle_f64x2, _mm512_storeu_pd, _mm512_sub_pd, _mm512_unpackhi_pd,
+    _mm512_unpacklo_pd,
 };
 
 /// An AVX-512 register.
@@ -74,6 +75,18 @@ impl Vector for Wide {
     fn minus(self, other: Self) -> Self {
         // SAFETY: the processor has AVX-512.
         Self(unsafe { _mm512_sub_pd(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn divided_by(self, divisor: Self) -> Self {
+        // SAFETY: the processor has AVX-512.
+        Self(unsafe { _mm512_div_pd(self.0, divisor.0) })
+    }
+
+    #[inline(always)]
+    fn chosen(self, mask: u32, other: Self) -> Self {
+        // SAFETY: the processor has AVX-512.
+        Self(unsafe { _mm512_mask_mov_pd(other.0, mask as u8, self.0) })
     }
 
     #[inline(always)]
