@@ -1,7 +1,8 @@
 //! How does an integration end within a cycle, soon after it is interrupted?
 
-use super::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use super::{Counters, Event, Kernel, Observer, PointTables, Stop, Tangents, Window};
 use crate::model::TrajectoryState;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// A kernel that checks a flag before every window, and stops once it is raised. The flag does not change results.
@@ -29,6 +30,10 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
 
     fn exact(&self) -> bool {
         self.kernel.exact()
+    }
+
+    fn point_tables(&self) -> Option<&Arc<PointTables>> {
+        self.kernel.point_tables()
     }
 
     fn advance_cycle<O: Observer>(

@@ -25,7 +25,9 @@ mod volterra;
 
 pub use auto::{KernelSetting, Why};
 pub use choice::{KernelChoice, KernelUse};
-pub use closed_modes::ClosedModes;
+pub use closed_modes::{
+    ClosedModes, MOST_MODES, PointTables, Seat, SideBySide, map_side_by_side, work_side_by_side,
+};
 pub use counters::Counters;
 pub use interrupt::Interruptible;
 pub use kept::{KeptReader, KeptTables, KeptWriter, SharedStorage, TableArray};
@@ -38,6 +40,7 @@ pub use volterra::Volterra;
 
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
+use std::sync::Arc;
 
 /// Largest relative difference of two lengths of cells or windows that count as equal.
 pub const SAME_LENGTH: f64 = 1e-12;
@@ -181,6 +184,12 @@ pub trait Kernel {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop>;
+
+    /// Tables with which cycles of this point are integrated beside those of others ([`SideBySide`]), if the model is
+    /// suited.
+    fn point_tables(&self) -> Option<&Arc<PointTables>> {
+        None
+    }
 
     /// Integrates some mesh cycles without tangents.
     ///

@@ -1,12 +1,13 @@
 //! Mesh cycles.
 
-use super::ClosedModes;
 use super::cycle_integration::{CycleIntegration, ReturnReason, pass};
 use super::sets::MOST_CONTACTS;
 use super::workspace::{CyclePosition, Workspace};
+use super::{ClosedModes, PointTables};
 use crate::model::{ActiveSet, TrajectoryState};
 use crate::propagate::events::Changes;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
+use std::sync::Arc;
 
 impl Kernel for ClosedModes<'_> {
     type Workspace = Workspace;
@@ -29,6 +30,12 @@ impl Kernel for ClosedModes<'_> {
         self.pass_cycle(trajectory, workspace, observer, counters)?;
         self.end(trajectory, tangents, workspace);
         Ok(())
+    }
+
+    fn point_tables(&self) -> Option<&Arc<PointTables>> {
+        (self.point_tables)
+            .get_or_init(|| PointTables::new(self).map(Arc::new))
+            .as_ref()
     }
 }
 

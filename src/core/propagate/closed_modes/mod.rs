@@ -27,10 +27,15 @@ mod search;
 mod series;
 mod sets;
 mod shown;
+mod side_by_side;
 mod slot;
 mod slots;
 mod system;
 mod workspace;
+
+pub use side_by_side::{
+    MOST_MODES, PointTables, Seat, SideBySide, map_side_by_side, work_side_by_side,
+};
 
 use super::vectors::InstructionSet;
 use super::{KeptReader, KeptTables, TableArray, TableError, TableSize};
@@ -42,8 +47,8 @@ use reached_sets::MOST_BYTES;
 use sets::{CycleBreakpoint, Sets};
 use slot::Slot;
 use slots::Slots;
-use std::sync::OnceLock;
 use std::sync::atomic::AtomicUsize;
+use std::sync::{Arc, OnceLock};
 
 /// The kernel of closed modes for one model.
 #[derive(Debug)]
@@ -74,6 +79,8 @@ pub struct ClosedModes<'m> {
     event_limit: u32,
     instructions: InstructionSet,
     farthest: Vec<f64>,
+    /// Tables for lanes of points, built when first used; `None` inside if the model is not suited.
+    point_tables: OnceLock<Option<Arc<PointTables>>>,
 }
 
 impl<'m> ClosedModes<'m> {
@@ -149,6 +156,7 @@ impl<'m> ClosedModes<'m> {
             },
             used_bytes: AtomicUsize::new(0),
             refusal: OnceLock::new(),
+            point_tables: OnceLock::new(),
             planned: blocks as usize + breakpoints.iter().map(Vec::len).max().unwrap_or(0),
             farthest: super::farthest(model),
             starts: sets.starts(model),

@@ -21,7 +21,7 @@ pub struct ContactClass {
 }
 
 /// The numbered systems of a drive. Each contact has a state: 0 if it is open, else its class plus 1.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Sets {
     /// Classes of each contact.
     classes: Vec<Vec<ContactClass>>,
