@@ -25,6 +25,7 @@ static TRUTH: LazyLock<Truth> = LazyLock::new(|| {
     let worker = Worker {
         index: 0,
         topology: None,
+        seat: None,
     };
     let rows: Vec<PointRow> = (0..3)
         .map(|id| {

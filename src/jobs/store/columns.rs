@@ -223,7 +223,8 @@ fn work_columns() -> Vec<Column<PointRow>> {
              analyses.nvh.stop_at_stderr stopped them";
         text "kernel", "", row.kernel.as_str(), "Kernel that integrated the point";
         f64 "wall_time", "s", row.placement.wall_time,
-            "Wall time spent on the point (differs from run to run)";
+            "Wall time spent on the point (differs from run to run). Points of few modes share it, because they are computed \
+             side by side";
         u32 "worker", "1", row.placement.worker,
             "Worker that computed the point (differs from run to run)";
         u32 "numa_node", "1", row.placement.numa_node,

@@ -25,7 +25,7 @@ pub struct Placement {
     pub worker: u32,
     /// NUMA node of the worker, if known.
     pub numa_node: Option<u32>,
-    /// Wall time \[s\].
+    /// Wall time \[s\], shared with the points that were computed side by side.
     pub wall_time: f64,
 }
 

@@ -20,6 +20,7 @@ use crate::analysis::{
 };
 use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
 use crate::model::{Model, TrajectoryState};
+use crate::propagate::Seat;
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -154,6 +155,7 @@ pub fn chain_state_before(
         let worker = Worker {
             index: 0,
             topology: None,
+            seat: None,
         };
         let row = compute(job, &before, &link, parts, worker, interrupt)?;
         link.pass(job, &row);
@@ -231,7 +233,7 @@ pub fn compute(
     let clock = Instant::now();
     let refined = &*with_level_if_refined(point);
     let start = carried_from(job, link.end.as_ref());
-    let mut result = compute_point(refined, start, parts, interrupt)?;
+    let mut result = compute_point(refined, start, parts, worker.seat, interrupt)?;
     let level = level(&result.outcome).filter(|_| point.direction.is_some());
     if point.analyses.nvh.is_none() {
         result.outcome.nvh = None;
@@ -252,6 +254,7 @@ pub fn compute(
             job,
             point,
             parts,
+            seat: worker.seat,
             interrupt,
         };
         chain = Some(Box::new(ChainPart {
@@ -281,6 +284,7 @@ struct Search<'a> {
     job: &'a Job,
     point: &'a PointSpec,
     parts: &'a Prepared,
+    seat: Option<&'a Seat<'a>>,
     interrupt: &'a AtomicBool,
 }
 
@@ -335,7 +339,8 @@ impl Search<'_> {
                 break;
             };
             let start = carried_from(self.job, Some(&near.end));
-            let trial_result = compute_point(&between, start, self.parts, self.interrupt)?;
+            let trial_result =
+                compute_point(&between, start, self.parts, self.seat, self.interrupt)?;
             transition.trials += 1;
             result.outcome.cycles += trial_result.outcome.cycles;
             let here = self::level(&trial_result.outcome);

@@ -223,6 +223,7 @@ impl Calibration<'_> {
                 let worker = Worker {
                     index: context.index() as u32,
                     topology,
+                    seat: None,
                 };
                 if self.workload.shared && worker.index > 0 {
                     // The other workers help the first one with its point.

@@ -12,7 +12,7 @@ use crate::analysis::{
 use crate::manifest::PointSpec;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
-use crate::propagate::{Interruptible, Kernel, KernelUse};
+use crate::propagate::{Interruptible, Kernel, KernelUse, Seat, SideBySide};
 use crate::store::{ChainEnd, MeshUnderLoad, Placement, PointRow};
 use crate::topology::{ProcessorClock, Topology};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -20,12 +20,14 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 /// The worker that computes a point.
-#[derive(Debug, Clone, Copy)]
+#[derive(Clone, Copy)]
 pub struct Worker<'a> {
     /// Number, from 0.
     pub index: u32,
     /// The machine, if known.
     pub topology: Option<&'a Topology>,
+    /// Its seat beside others in the same thread.
+    pub seat: Option<&'a Seat<'a>>,
 }
 
 /// The results of a point.
@@ -103,16 +105,17 @@ impl PointResult {
     }
 }
 
-/// Computes a point, from `run.initial` or from the end of another point. A model that cannot be built, or a panic,
+/// Computes a point, from `run.initial` or from the end of another point, beside others if it has a seat. A model that cannot be built, or a panic,
 /// gives the status `failed` and the reason.
 pub(super) fn compute_point(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
     parts: &Prepared,
+    seat: Option<&Seat<'_>>,
     interrupt: &AtomicBool,
 ) -> Result<PointResult, Interrupted> {
     let computed = catch_unwind(AssertUnwindSafe(|| {
-        build_and_compute(point, start, parts, interrupt)
+        build_and_compute(point, start, parts, seat, interrupt)
     }));
     match computed {
         Ok(Ok(result)) => result,
@@ -159,6 +162,7 @@ fn build_and_compute(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
     parts: &Prepared,
+    seat: Option<&Seat<'_>>,
     interrupt: &AtomicBool,
 ) -> Result<Result<PointResult, Interrupted>, BuildError> {
     let (model, mesh) = parts.model_and_mesh(point)?;
@@ -182,6 +186,7 @@ fn build_and_compute(
         probes: probes.clone(),
         analyses: &point.analyses,
         seed,
+        seat,
         interrupt,
     };
     match (kernel.apply(&model, parts, task(&kernel)), kernel.instead()) {
@@ -205,6 +210,7 @@ struct PointTask<'a> {
     probes: Option<Probes>,
     analyses: &'a Analyses,
     seed: PointSeed,
+    seat: Option<&'a Seat<'a>>,
     interrupt: &'a AtomicBool,
 }
 
@@ -221,8 +227,9 @@ impl KernelUse for PointTask<'_> {
             None => ProcessorClock::Thread,
         });
         let mut trajectory = self.start;
+        let beside = &SideBySide::new(kernel, self.seat);
         let mut outcome =
-            investigate_onward(model, kernel, &mut trajectory, &self.config, interrupt)?;
+            investigate_onward(model, beside, &mut trajectory, &self.config, interrupt)?;
         laps.end(Step::Integration, true);
         let multistability = (self.probes.as_ref())
             .map(|probes| probe_basins(model, kernel, &self.initial, probes, interrupt))

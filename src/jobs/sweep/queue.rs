@@ -16,6 +16,7 @@ use super::chain_tasks::{ChainSelection, ChainTask, FinishedChains};
 use super::parts::table_number;
 use super::shared::lock;
 use crate::manifest::{Job, Variant};
+use crate::propagate::{MOST_MODES, Seat, work_side_by_side};
 use crate::topology::{NodeTables, TableDistance};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, VecDeque};
@@ -236,29 +237,40 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Makes a worker compute chains until none is left, the run is interrupted, or `compute` stops. `written` is the
-    /// number of points that have left the writer's memory. `pause` waits while too many rows wait for older points.
+    /// Makes a worker compute chains until none is left, the run is interrupted, or `compute` stops. Chains of points
+    /// with few modes are computed side by side. `written` is the number of points that have left the writer's memory.
+    /// `pause` waits while too many rows wait for older points.
     pub(super) fn serve(
         &self,
         written: impl Fn() -> u64,
         pause: impl Fn(),
         node: Option<usize>,
         interrupt: &AtomicBool,
-        mut compute: impl FnMut(ChainTask) -> Option<()>,
+        compute: impl Fn(ChainTask, Option<&Seat<'_>>) -> Option<()>,
     ) {
-        while !interrupt.load(Ordering::Relaxed) {
-            match self.next(written(), node) {
-                NextAction::Chain { turn, work } => {
-                    let (place, clock) = (turn.place, Instant::now());
-                    if compute(turn).is_none() {
-                        return;
+        let serve = |seat: Option<&Seat<'_>>| {
+            while !interrupt.load(Ordering::Relaxed) {
+                match self.next(written(), node) {
+                    NextAction::Chain { turn, work } => {
+                        let (place, clock) = (turn.place, Instant::now());
+                        if compute(turn, seat).is_none() {
+                            return;
+                        }
+                        self.finished(place, work, clock.elapsed());
                     }
-                    self.finished(place, work, clock.elapsed());
+                    NextAction::Wait => seat.map_or_else(&pause, Seat::pause),
+                    NextAction::End => return,
                 }
-                NextAction::Wait => pause(),
-                NextAction::End => return,
             }
+        };
+        if !(self.has_few_modes() && work_side_by_side(&|seat| serve(Some(seat)), &pause)) {
+            serve(None);
         }
+    }
+
+    /// Whether the structure of the first point has few modes.
+    fn has_few_modes(&self) -> bool {
+        self.job.points.variant_near(0).model.retained <= MOST_MODES
     }
 
     /// Records the time of the chain at a place as an estimate for its neighbours.

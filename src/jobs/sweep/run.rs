@@ -1,7 +1,7 @@
 //! Runs a sweep: the thread pool, and the channel between workers and writer.
 
 use super::chain::compute;
-use super::chain_tasks::{ChainSelection, ChainTask, FinishedChains};
+use super::chain_tasks::{ChainSelection, FinishedChains};
 use super::layout::layout;
 use super::panic_hook::WORKER;
 use super::parts::Prepared;
@@ -361,18 +361,18 @@ impl Shared<'_> {
             interrupt,
             ..
         } = *self.sweep;
-        let worker = Worker {
-            index: index as u32,
-            topology,
-        };
         let copy = self.copies.of_worker.get(index).copied().flatten();
         let parts = copy.map_or(self.sweep.parts, |copy| &self.of_nodes[copy]);
         let written = || self.written.load(Ordering::Relaxed);
         let pause = || std::thread::sleep(Duration::from_millis(1));
-        queue.serve(written, pause, copy, interrupt, |turn| {
-            let ChainTask {
-                first, mut link, ..
-            } = turn;
+        queue.serve(written, pause, copy, interrupt, |turn, seat| {
+            let index = index as u32;
+            let (first, mut link) = (turn.first, turn.link);
+            let worker = Worker {
+                index,
+                topology,
+                seat,
+            };
             while link.passed() < job.chain_length() {
                 let point = job.points.at(first + link.passed());
                 let row = compute(job, &point, &link, parts, worker, interrupt).ok()?;

@@ -72,7 +72,7 @@ pub(super) fn try_out(
     let before = if id.is_multiple_of(job.chain_length()) {
         None
     } else {
-        compute_point(&motion_only(job.points.at(id - 1)), None, parts, over)?.end
+        compute_point(&motion_only(job.points.at(id - 1)), None, parts, None, over)?.end
     };
     let carried = |end| CarriedState {
         end,
@@ -83,7 +83,7 @@ pub(super) fn try_out(
     };
     let short = shortened(&with_level_if_refined(&point));
     let (begun, wall) = (clock.now(), Instant::now());
-    let trial = compute_point(&short, before.as_ref().map(carried), parts, over);
+    let trial = compute_point(&short, before.as_ref().map(carried), parts, None, over);
     let took = clock.now() - begun;
     let mut sampled = PointTime {
         time: took,
@@ -163,7 +163,7 @@ fn cycle_time(
         end,
         displacement: 0.0,
     };
-    let result = compute_point(&onward, Some(start), parts, over)?;
+    let result = compute_point(&onward, Some(start), parts, None, over)?;
     Ok(result.times[Step::Integration as usize] / result.outcome.cycles.max(1) as f64)
 }
 
@@ -286,11 +286,12 @@ mod tests {
         let worker = Worker {
             index: 0,
             topology: None,
+            seat: None,
         };
         let over = AtomicBool::new(false);
         let (mut few, mut all, mut open) = (0, 0, 0);
         for id in 0..job.points.len() {
-            let whole = compute_point(&job.points.at(id), None, &parts, &over).unwrap();
+            let whole = compute_point(&job.points.at(id), None, &parts, None, &over).unwrap();
             let trial = try_out(&job, id, &parts, worker, ProcessorClock::Thread, &over).unwrap();
             let row = trial.row.unwrap();
             few += row.outcome.cycles;
@@ -325,7 +326,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let parts = Prepared::new(TableStore::open(folder.path()));
         let over = AtomicBool::new(false);
-        let mut result = compute_point(&short, None, &parts, &over).unwrap();
+        let mut result = compute_point(&short, None, &parts, None, &over).unwrap();
         result.times[Step::Horizon as usize] = 0.5;
         // 64 twins take 32 times as long as two.
         assert_eq!(

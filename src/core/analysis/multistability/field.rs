@@ -27,6 +27,16 @@ pub(super) struct InvestigatedMotion {
 }
 
 impl<K: Kernel> IntegrationContext<'_, K> {
+    /// The same context with another kernel.
+    pub fn with<'b, L: Kernel>(&'b self, kernel: &'b L) -> IntegrationContext<'b, L> {
+        IntegrationContext {
+            model: self.model,
+            kernel,
+            norm: self.norm,
+            interrupt: self.interrupt,
+        }
+    }
+
     /// Investigates the motion from `trajectory` on.
     ///
     /// # Errors

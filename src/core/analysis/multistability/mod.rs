@@ -34,11 +34,10 @@ use super::outcome::{PointOutcome, Status};
 use super::poincare::Section;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
-use crate::propagate::Kernel;
+use crate::propagate::{Kernel, map_side_by_side};
 use attractors::Attractors;
 use capture::CellEnding;
 use field::{IntegrationContext, InvestigatedMotion};
-use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
@@ -163,14 +162,14 @@ pub fn probe_basins<K: Kernel + Sync>(
     let mut chaos = ChaosOutcome::default();
     let ids: Vec<u32> = (0..probes.config.initial_conditions).collect();
     for round in ids.chunks(ROUND) {
-        let integrated: Vec<(f64, InvestigatedMotion)> = round
-            .par_iter()
-            .map(|&probe_id| {
-                let (amplitude, trajectory) =
-                    initial_condition(model, &norm, start, probes, probe_id);
-                Ok((amplitude, context.investigate(trajectory, &point_config)?))
-            })
-            .collect::<Result<_, Interrupted>>()?;
+        let investigated = map_side_by_side(kernel, round, |kernel, &probe_id| {
+            let (amplitude, trajectory) = initial_condition(model, &norm, start, probes, probe_id);
+            let motion = context
+                .with(kernel)
+                .investigate(trajectory, &point_config)?;
+            Ok((amplitude, motion))
+        });
+        let integrated = (investigated.into_iter()).collect::<Result<Vec<_>, Interrupted>>()?;
         for (&probe_id, (amplitude, integrated)) in round.iter().zip(integrated) {
             let id = attractors.number_of(&context, integrated.attractor, &integrated.found);
             if let Some(seen) = &integrated.found.chaos {
@@ -216,18 +215,15 @@ fn slice<K: Kernel + Sync>(
         // Every n-th cell, so that a round covers the slice.
         let round: Vec<usize> = (round..plane.cells()).step_by(rounds).collect();
         let orbits = attractors.orbits();
-        let integrated: Vec<(CellEnding, u64)> = round
-            .par_iter()
-            .map(|&cell| {
-                let trajectory = plane.state(context.model, start, cell);
-                orbits.advance_until_captured(
-                    context,
-                    trajectory,
-                    probes.config.transient,
-                    &point_config,
-                )
-            })
-            .collect::<Result<_, Interrupted>>()?;
+        let ended = map_side_by_side(context.kernel, &round, |kernel, &cell| {
+            orbits.advance_until_captured(
+                &context.with(kernel),
+                plane.state(context.model, start, cell),
+                probes.config.transient,
+                &point_config,
+            )
+        });
+        let integrated = (ended.into_iter()).collect::<Result<Vec<_>, Interrupted>>()?;
         for (&cell, (cell_ending, cycles)) in round.iter().zip(integrated) {
             let outcome = cell_outcome(context, plane, cell, cell_ending, cycles, attractors)?;
             cells.push((cell, outcome));

@@ -42,7 +42,7 @@ fn work(queue: &Queue<'_>, written: &AtomicU64, interrupt: &AtomicBool, rows: &S
         thread::yield_now();
         found
     };
-    queue.serve(written, thread::yield_now, None, interrupt, |turn| {
+    queue.serve(written, thread::yield_now, None, interrupt, |turn, _| {
         thread::yield_now();
         rows.send(turn.place).ok()?;
         (!interrupt.load(Ordering::Relaxed)).then_some(())
