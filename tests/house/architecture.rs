@@ -33,8 +33,9 @@ const LONGEST: usize = 500;
 
 /// Files that need unsafe code: calls of functions compiled for a detected instruction set; raw memory, addresses and
 /// vectors in measurements; exported C functions and their arguments.
-const UNSAFE: [&str; 7] = [
+const UNSAFE: [&str; 8] = [
     "propagate/vectors/mod.rs",
+    "propagate/vectors/halves.rs",
     "propagate/vectors/wide.rs",
     "characterize/buffer.rs",
     "characterize/chain.rs",

@@ -390,7 +390,7 @@ mod tests {
             let at = from as f64 + 0.3;
             let f = |x: f64| (at - x) * (1.0 + 0.02 * x.powi(2) + 0.001 * x.powi(4));
             let values = std::array::from_fn(|i| f(i as f64));
-            let x = near_root::<Packed<false>>(&values, from).unwrap();
+            let x = near_root::<Packed>(&values, from).unwrap();
             assert!((x - at).abs() < 1e-4, "{from}: {x}");
         }
     }

@@ -6,12 +6,16 @@
 //! multiply-add), never between runs on one.
 
 mod aligned;
+#[cfg(target_arch = "x86_64")]
+mod halves;
 mod shapes;
 mod vector;
 #[cfg(target_arch = "x86_64")]
 mod wide;
 
 pub use aligned::Aligned;
+#[cfg(target_arch = "x86_64")]
+pub use halves::Halves;
 pub use shapes::{LANES, Lanes, Row, Series, TERMS, interpolation};
 pub use vector::{Packed, Vector};
 #[cfg(target_arch = "x86_64")]
@@ -91,12 +95,12 @@ macro_rules! for_each_set {
         pub fn $name(set: InstructionSet, $($arg: $type),*) $(-> $ret)? {
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx2,fma")]
-            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<$crate::propagate::vectors::Packed<true>>($($arg),*) }
+            fn avx2($($arg: $type),*) $(-> $ret)? { $body::<$crate::propagate::vectors::Halves>($($arg),*) }
             #[cfg(target_arch = "x86_64")]
             #[target_feature(enable = "avx512f,avx512dq,avx2,fma")]
             fn avx512($($arg: $type),*) $(-> $ret)? { $body::<$crate::propagate::vectors::Wide>($($arg),*) }
             match set.level() {
-                $crate::propagate::vectors::Level::Portable => $body::<$crate::propagate::vectors::Packed<false>>($($arg),*),
+                $crate::propagate::vectors::Level::Portable => $body::<$crate::propagate::vectors::Packed>($($arg),*),
                 // SAFETY: a set beyond the portable one is only ever made by
                 // `InstructionSet::available`, after the processor was asked for it.
                 #[cfg(target_arch = "x86_64")]

@@ -1,7 +1,7 @@
 //! Eight lanes in the machine's vectors.
 //!
-//! For vectors of two and four, the compiler packs loops over arrays. For vectors of eight, it would keep the sums of
-//! several columns in memory and use gathers for sums along rows. These are written out in a separate file.
+//! For vectors of two, the compiler packs loops over arrays. For vectors of eight, it would keep the sums of several
+//! columns in memory and use gathers for sums along rows. Those of four and eight are written out in separate files.
 
 use super::shapes::{LANES, Lanes, Row, Series, TERMS};
 
@@ -64,10 +64,28 @@ pub trait Vector: Copy {
     fn smaller(self, other: Self) -> Self;
 
     /// The sum of every vector, one per lane.
-    fn sums(vectors: [Self; LANES]) -> Self;
+    #[inline(always)]
+    fn sums(vectors: [Self; LANES]) -> Self {
+        let mut sums = Lanes::ZERO;
+        for l in 0..LANES {
+            sums.0[l] = vectors[l].sum();
+        }
+        Self::read(&sums.0)
+    }
 
     /// `Σ_j rows[k][j] weights[j]` for every k.
-    fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series;
+    #[inline(always)]
+    fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series {
+        let mut out = [0.0; TERMS];
+        for (out, row) in out.iter_mut().zip(rows) {
+            let mut sums = Self::zero();
+            for (v, w) in row.0.chunks_exact(LANES).zip(weights.0.chunks_exact(LANES)) {
+                sums = Self::read(v).multiply_add(Self::read(w), sums);
+            }
+            *out = sums.sum();
+        }
+        out
+    }
 
     /// Zero in all lanes.
     #[inline(always)]
@@ -97,12 +115,12 @@ pub trait Vector: Copy {
     }
 }
 
-/// Lanes that the compiler packs; with fused multiply-adds if `FUSED`.
+/// Lanes that the compiler packs, without fused multiply-adds.
 #[derive(Clone, Copy)]
-pub struct Packed<const FUSED: bool>([f64; LANES]);
+pub struct Packed([f64; LANES]);
 
-impl<const FUSED: bool> Vector for Packed<FUSED> {
-    const FUSED: bool = FUSED;
+impl Vector for Packed {
+    const FUSED: bool = false;
     const WIDE: bool = false;
 
     #[inline(always)]
@@ -137,7 +155,7 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     #[inline(always)]
     fn multiply_add(mut self, factor: Self, term: Self) -> Self {
         for l in 0..LANES {
-            self.0[l] = Self::fma(self.0[l], factor.0[l], term.0[l]);
+            self.0[l] = self.0[l] * factor.0[l] + term.0[l];
         }
         self
     }
@@ -199,11 +217,6 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
     }
 
     #[inline(always)]
-    fn sums(vectors: [Self; LANES]) -> Self {
-        Self(vectors.map(Self::sum))
-    }
-
-    #[inline(always)]
     fn size(self) -> Self {
         Self(self.0.map(f64::abs))
     }
@@ -230,17 +243,79 @@ impl<const FUSED: bool> Vector for Packed<FUSED> {
         }
         bits
     }
+}
 
-    #[inline(always)]
-    fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series {
-        let mut out = [0.0; TERMS];
-        for (out, row) in out.iter_mut().zip(rows) {
-            let mut sums = Self::zero();
-            for (v, w) in row.0.chunks_exact(LANES).zip(weights.0.chunks_exact(LANES)) {
-                sums = Self::read(v).multiply_add(Self::read(w), sums);
-            }
-            *out = sums.sum();
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::propagate::vectors::{InstructionSet, for_each_set};
+
+    const ONE: [f64; LANES] = [1.5, -2.0, f64::NAN, 0.0, -0.0, 7.25, -3.5, 1e-3];
+    const OTHER: [f64; LANES] = [2.0, -2.0, 1.0, f64::NAN, 0.0, 6.5, -4.0, f64::INFINITY];
+
+    fn results_of<V: Vector>() -> (Vec<f64>, Vec<u32>) {
+        let (a, b) = (V::read(&ONE), V::read(&OTHER));
+        let masks = vec![
+            a.at_most(b),
+            b.at_most(a),
+            a.at_most(a),
+            V::zero().at_most(a),
+        ];
+        let mut vectors = vec![
+            V::splat(0.1),
+            V::first(0.1),
+            a.lane(5),
+            a.times(b),
+            a.plus(b),
+            a.minus(b),
+            a.divided_by(b),
+            a.size(),
+            a.reversed(),
+            a.shifted_in(0.1),
+            a.larger(b),
+            b.larger(a),
+            a.smaller(b),
+            b.smaller(a),
+            a.multiply_add(V::splat(2.0), b),
+        ];
+        for mask in 0..1 << LANES {
+            vectors.push(a.chosen(mask, b));
         }
-        out
+        let finite = V::read(&[0.1, 0.7, 1e-9, 3.3, -0.1, 1e5, 0.3, -7.0]);
+        vectors.push(V::splat(finite.sum()));
+        vectors.push(V::sums([
+            V::zero(),
+            finite,
+            a.size(),
+            V::splat(0.1),
+            finite,
+            finite,
+            b,
+            b,
+        ]));
+        let mut numbers = Vec::new();
+        for vector in vectors {
+            numbers.extend(vector.lanes().0);
+        }
+        (numbers, masks)
+    }
+
+    for_each_set! {
+        /// The results of all operations.
+        fn results() -> (Vec<f64>, Vec<u32>) = results_of
+    }
+
+    #[test]
+    fn all_instruction_sets_give_the_same_results() {
+        let (plain, masks) = results(InstructionSet::PORTABLE);
+        assert_eq!(masks, [0b1001_1111, 0b0111_1110, 0b1111_1111, 0b1011_1101]);
+        for set in InstructionSet::available() {
+            let (found, found_masks) = results(set);
+            assert_eq!(masks, found_masks, "{}", set.name());
+            for (i, (x, y)) in plain.iter().zip(&found).enumerate() {
+                let same = x.to_bits() == y.to_bits() || x.is_nan() && y.is_nan();
+                assert!(same, "{}: number {i}, {x} and {y}", set.name());
+            }
+        }
     }
 }

@@ -145,8 +145,7 @@ mod tests {
     use crate::numerics::arithmetic::Portable;
     use crate::numerics::legendre::sample_place;
     use crate::numerics::random::Stream;
-    use crate::propagate::vectors::{self, InstructionSet};
-    use std::io::Write;
+    use crate::propagate::vectors::{InstructionSet, for_each_set};
 
     /// Maps by tables agree with the recurrences, and bounds agree with evaluation.
     fn check<V: Vector>() {
@@ -177,18 +176,15 @@ mod tests {
         assert_eq!((scaled[0], scaled[5]), (0.25 - 2.0 * a[0], -2.0 * a[5]));
     }
 
+    for_each_set! {
+        /// Checks the vectors of a set.
+        fn check_with() = check
+    }
+
     #[test]
     fn arithmetic_in_vectors_is_that_of_series() {
-        check::<vectors::Packed<false>>();
-        check::<vectors::Packed<true>>();
-        #[cfg(target_arch = "x86_64")]
-        match InstructionSet::best().name() {
-            "avx512" => check::<vectors::Wide>(),
-            // The output of print macros is hidden if a test passes.
-            best => {
-                let line = format!("skipped: arithmetic in AVX-512 vectors: this is {best}\n");
-                std::io::stderr().write_all(line.as_bytes()).unwrap();
-            }
+        for set in InstructionSet::available() {
+            check_with(set);
         }
     }
 }
