@@ -69,6 +69,10 @@ pub struct Batch {
     instructions: InstructionSet,
     numbers: LaneNumbers,
     lanes: [Option<Lane>; LANES],
+    /// The last point of each lane, whose step and turns are loaded.
+    points: [Option<Arc<PointTables>>; LANES],
+    /// Lanes whose states have changed since their margins were computed.
+    changed: u32,
 }
 
 impl Batch {
@@ -78,6 +82,8 @@ impl Batch {
             instructions,
             numbers: LaneNumbers::new(shape),
             lanes: [const { None }; LANES],
+            points: [const { None }; LANES],
+            changed: 0,
         }
     }
 
@@ -91,9 +97,19 @@ impl Batch {
             .fold(0, |mask, (i, lane)| mask | u32::from(lane.is_some()) << i)
     }
 
+    /// The free lane of a point: its last one, if this is free.
+    fn free(&self, tables: &Arc<PointTables>) -> Option<usize> {
+        let is_last = |lane: &usize| {
+            let last = self.points[*lane].as_ref();
+            last.is_some_and(|last| Arc::ptr_eq(last, tables))
+        };
+        let mut free = (0..LANES).filter(|lane| self.lanes[*lane].is_none());
+        free.clone().find(is_last).or_else(|| free.next())
+    }
+
     /// Begins a cycle in a free lane. Returns the task if there is none.
     pub fn begin(&mut self, member: usize, mut task: Box<CycleTask>) -> Option<Box<CycleTask>> {
-        let Some(index) = self.lanes.iter().position(Option::is_none) else {
+        let Some(index) = self.free(&task.tables) else {
             return Some(task);
         };
         task.events.clear();
@@ -117,12 +133,14 @@ impl Batch {
                 to.0[index] = if i < count { task.tangents.vector(i)[j] } else { 0.0 };
             }
         }
-        for (to, turn) in numbers.turns.iter_mut().zip(&tables.turns) {
-            for (to, value) in to.iter_mut().zip(turn) {
-                to.0[index] = *value;
-            }
+        let point = &mut self.points[index];
+        if !point
+            .as_ref()
+            .is_some_and(|point| Arc::ptr_eq(point, tables))
+        {
+            numbers.load(index, tables);
+            *point = Some(tables.clone());
         }
-        numbers.step.0[index] = tables.step;
         let active = task.trajectory.contact;
         let mut lane = Lane {
             member,
@@ -137,7 +155,7 @@ impl Batch {
         lane.enter(&mut self.numbers, index, None);
         self.numbers.left.0[index] = lane.limit;
         self.lanes[index] = Some(lane);
-        passes::margins(self.instructions, &mut self.numbers, 1 << index);
+        self.changed |= 1 << index;
         None
     }
 
@@ -148,6 +166,7 @@ impl Batch {
         if running == 0 {
             return;
         }
+        passes::margins(self.instructions, &mut self.numbers, self.changed);
         let stops = passes::advance(self.instructions, &mut self.numbers, running);
         let (mut changed, mut ended) = (0, stops.lost);
         for index in lanes_of(stops.moved) {
@@ -174,7 +193,7 @@ impl Batch {
                 .max()
                 .unwrap_or(0);
         }
-        passes::margins(self.instructions, &mut self.numbers, changed);
+        self.changed = changed;
     }
 }
 
@@ -191,12 +210,15 @@ impl Lane {
     /// Loads the tables of its system. `crossed` has just opened or closed.
     fn enter(&self, numbers: &mut LaneNumbers, index: usize, crossed: Option<usize>) {
         let system = &self.task.tables.systems[self.set];
-        for (to, from) in numbers.columns.iter_mut().zip(&system.columns) {
-            to.0[index] = *from;
+        if numbers.sets[index] != Some(self.set) {
+            numbers.sets[index] = Some(self.set);
+            for (to, from) in numbers.columns.iter_mut().zip(&system.columns) {
+                to.0[index] = *from;
+            }
         }
         for (w, to) in numbers.crossed.iter_mut().enumerate() {
             let watched = system.watched.get(w).map(|watched| watched.contact);
-            to.0[index] = f64::from(u8::from(crossed.is_some() && watched == crossed));
+            *to = *to & !(1 << index) | u32::from(crossed.is_some() && watched == crossed) << index;
         }
     }
 
@@ -204,7 +226,7 @@ impl Lane {
     fn arrive(&mut self, numbers: &mut LaneNumbers, index: usize) -> bool {
         if numbers.left.0[index] > ROUNDING * numbers.step.0[index] {
             for crossed in &mut numbers.crossed {
-                crossed.0[index] = 0.0;
+                *crossed &= !(1 << index);
             }
             return true;
         }

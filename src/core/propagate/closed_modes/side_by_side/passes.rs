@@ -7,8 +7,8 @@
 //!
 //! No operation mixes lanes, so a point has the same results beside any others.
 
-use super::cubics::{FROM_ZERO, falls, guess, is_clear, parts};
-use super::tables::{MOST_FREQUENCIES, MOST_LENGTH, MOST_MODES, MOST_WATCHED, Shape};
+use super::cubics::{Cubic, FROM_ZERO, falls, guess, is_clear, parts};
+use super::tables::{MOST_FREQUENCIES, MOST_LENGTH, MOST_MODES, MOST_WATCHED, PointTables, Shape};
 use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Vector, for_each_set};
 
 /// Terms of the series over half a step.
@@ -20,14 +20,12 @@ const MOST_STEPS: u32 = 40;
 /// Newton's step, as a part of the step, after which a root is exact to round-off.
 const CONVERGED: f64 = 1e-9;
 
-/// Larger than every margin.
-const HUGE: f64 = 1e300;
-
 /// The numbers of eight lanes.
 #[derive(Debug)]
 pub struct LaneNumbers {
     pub shape: Shape,
-    /// The tables of each lane's system.
+    /// The system of each lane whose tables are loaded, and these tables.
+    pub sets: [Option<usize>; LANES],
     pub columns: Vec<Lanes>,
     /// Each frequency \[rad/s\], and the cosine and sine of its turn over a step.
     pub turns: Vec<[Lanes; 3]>,
@@ -43,10 +41,11 @@ pub struct LaneNumbers {
     pub step: Lanes,
     /// Time left until a lane's limit \[s\].
     pub left: Lanes,
-    /// Margins, their rates, and 1 for a contact that has just opened or closed.
+    /// Margins and their rates.
     pub margins: [Lanes; MOST_WATCHED],
     pub rates: [Lanes; MOST_WATCHED],
-    pub crossed: [Lanes; MOST_WATCHED],
+    /// Lanes in which each contact has just opened or closed.
+    pub crossed: [u32; MOST_WATCHED],
     /// Margins and rates at the end of the step, and the bound of the error in between.
     pub ends: [Lanes; MOST_WATCHED],
     pub end_rates: [Lanes; MOST_WATCHED],
@@ -63,6 +62,7 @@ impl LaneNumbers {
         let zeros = |count: usize| vec![Lanes::ZERO; count];
         let one = Lanes([1.0; LANES]);
         Self {
+            sets: [None; LANES],
             columns: zeros(shape.numbers()),
             turns: vec![[Lanes::ZERO; 3]; shape.frequencies],
             z: zeros(shape.length()),
@@ -73,13 +73,24 @@ impl LaneNumbers {
             left: one,
             margins: [one; MOST_WATCHED],
             rates: [Lanes::ZERO; MOST_WATCHED],
-            crossed: [Lanes::ZERO; MOST_WATCHED],
+            crossed: [0; MOST_WATCHED],
             ends: [one; MOST_WATCHED],
             end_rates: [Lanes::ZERO; MOST_WATCHED],
             errors: [Lanes::ZERO; MOST_WATCHED],
             root_row: zeros(shape.length()),
             terms: zeros(TERMS * shape.length()),
             shape,
+        }
+    }
+
+    /// Loads the step and the turns of a point into a lane.
+    pub fn load(&mut self, index: usize, tables: &PointTables) {
+        self.sets[index] = None;
+        self.step.0[index] = tables.step;
+        for (to, turn) in self.turns.iter_mut().zip(&tables.turns) {
+            for (to, value) in to.iter_mut().zip(turn) {
+                to.0[index] = *value;
+            }
         }
     }
 
@@ -253,7 +264,9 @@ fn steps_of<V: Vector, const N: usize, const F: usize>(of: &mut LaneNumbers, run
             let end = along::<V, N, F>(margin, &next, V::splat(1.0));
             let end_rate = along::<V, N, F>(rate, &next, V::splat(1.0));
             let error = along::<V, N, F>(bound, &sizes, V::splat(1.0));
-            clear &= !unclear(of, w, third, [end, end_rate, error]);
+            let cubic = cubic(of, w, third, [end, end_rate]);
+            let scaled = error.times(V::splat(FROM_ZERO));
+            clear &= is_clear(&cubic, of.crossed[w], error, scaled);
             end.write(&mut of.ends[w].0);
             end_rate.write(&mut of.end_rates[w].0);
             error.write(&mut of.errors[w].0);
@@ -268,7 +281,7 @@ fn steps_of<V: Vector, const N: usize, const F: usize>(of: &mut LaneNumbers, run
             let (end, rate) = (V::read(&of.ends[w].0), V::read(&of.end_rates[w].0));
             put(end, goes, &mut of.margins[w]);
             put(rate, goes, &mut of.rates[w]);
-            put(V::zero(), goes, &mut of.crossed[w]);
+            of.crossed[w] &= !goes;
         }
         for tangent in of.tangents.chunks_exact_mut(2 * N).take(of.tangent_count) {
             let x = read::<V>(tangent, 2 * N);
@@ -294,25 +307,17 @@ fn put<V: Vector>(numbers: V, lanes: u32, to: &mut Lanes) {
     numbers.chosen(lanes, V::read(&to.0)).write(&mut to.0);
 }
 
-/// Lanes in which a margin may fall to its round-off within the step, NaN included.
+/// The cubic with the values and rates of a margin at both ends of a step.
 #[inline(always)]
-fn unclear<V: Vector>(
+fn cubic<V: Vector>(
     of: &LaneNumbers,
     watched: usize,
     third_of_step: V,
-    [end, end_rate, error]: [V; 3],
-) -> u32 {
-    let crossed = V::read(&of.crossed[watched].0);
+    [end, end_rate]: [V; 2],
+) -> Cubic<V> {
     let start = V::read(&of.margins[watched].0);
     let second = third_of_step.multiply_add(V::read(&of.rates[watched].0), start);
-    let third = end.minus(third_of_step.times(end_rate));
-    // A margin that starts at zero is divided by its position in the step.
-    let one = V::splat(1.0);
-    let start = crossed.multiply_add(V::splat(HUGE), start);
-    let second = second.times(crossed.multiply_add(V::splat(2.0), one));
-    let third = third.times(crossed.multiply_add(V::splat(0.5), one));
-    let error = error.times(crossed.multiply_add(V::splat(FROM_ZERO - 1.0), one));
-    start.at_most(error) | second.at_most(error) | third.at_most(error) | end.at_most(error)
+    [start, second, end.minus(third_of_step.times(end_rate)), end]
 }
 
 #[inline(always)]
@@ -322,8 +327,11 @@ fn margins_of<V: Vector, const N: usize, const F: usize>(of: &mut LaneNumbers, l
         let [margin, rate, _] = of.rows(w);
         let margin = along::<V, N, F>(margin, &z, V::splat(1.0));
         let rate = along::<V, N, F>(rate, &z, V::splat(1.0));
-        let crossed = V::splat(0.5).at_most(V::read(&of.crossed[w].0));
-        put(V::zero().chosen(crossed, margin), lanes, &mut of.margins[w]);
+        put(
+            V::zero().chosen(of.crossed[w], margin),
+            lanes,
+            &mut of.margins[w],
+        );
         put(rate, lanes, &mut of.rates[w]);
     }
 }
@@ -342,12 +350,9 @@ fn decide<V: Vector>(of: &mut LaneNumbers, stopped: u32) -> (Stops, Moves<V>) {
     };
     let mut stops = Stops::default();
     for w in 0..of.shape.watched {
-        let (start, end) = (V::read(&of.margins[w].0), V::read(&of.ends[w].0));
-        let crossed = V::splat(0.5).at_most(V::read(&of.crossed[w].0));
-        let second = third.multiply_add(V::read(&of.rates[w].0), start);
-        let third = end.minus(third.times(V::read(&of.end_rates[w].0)));
-        let error = V::read(&of.errors[w].0);
-        let [cubic, _] = parts([start, second, third, end], part);
+        let ends = [V::read(&of.ends[w].0), V::read(&of.end_rates[w].0)];
+        let (crossed, error) = (of.crossed[w], V::read(&of.errors[w].0));
+        let [cubic, _] = parts(cubic(of, w, third, ends), part);
         let [one, other] = parts(cubic, V::splat(0.5));
         let scaled = error.times(V::splat(FROM_ZERO)).times(part);
         let clear = is_clear(&cubic, crossed, error, scaled)
