@@ -12,7 +12,7 @@ use gearatlas::store::TableStore;
 use gearatlas::sweep::{self, MapConfig, MapError, MapImage, MapTangents, Prepared, WORKER};
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArray3, PyUntypedArrayMethods,
+    PyReadonlyArray3, PyUntypedArrayMethods, ToPyArray,
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -108,7 +108,7 @@ impl CycleMap {
     /// Components with an effect on the dynamics: all except those of the neutral pair.
     #[getter]
     fn weighted_components<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<usize>> {
-        self.map.norm().weighted_components().into_pyarray(py)
+        self.map.norm().weighted_components().to_pyarray(py)
     }
 
     /// Weight of each component in the energy norm, divided by that of a displacement of half a gap.

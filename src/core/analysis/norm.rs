@@ -17,6 +17,8 @@ pub struct EnergyNorm {
     /// Weight of each component of a state, length 2N; 0 for the neutral pair and for the second component of
     /// a slider.
     weights: Vec<f64>,
+    /// Indices of the components with a weight.
+    weighted: Vec<usize>,
     /// Displacements without effect, other than single components. Each is subtracted from a difference so
     /// that the component with this index, which has no weight, vanishes.
     unrestrained: Vec<(usize, Vec<f64>)>,
@@ -55,6 +57,7 @@ impl EnergyNorm {
             weights[*index] = 0.0;
         }
         Self {
+            weighted: weighted(&weights),
             weights,
             unrestrained,
             unit: mesh * model.half_gap / participation.sqrt(),
@@ -72,6 +75,7 @@ impl EnergyNorm {
             weights[model.modes() + slider.block] = 0.0;
         }
         Self {
+            weighted: weighted(&weights),
             weights,
             unrestrained: Vec::new(),
             unit: model.half_gap / participation.sqrt(),
@@ -86,7 +90,7 @@ impl EnergyNorm {
 
     /// Dimension of the space without the neutral pair: the number of exponents.
     pub fn dimension(&self) -> usize {
-        self.weighted_components().len()
+        self.weighted.len()
     }
 
     /// Number of independent tangents if every dry slider slips and every rigid stop holds the structure.
@@ -95,10 +99,8 @@ impl EnergyNorm {
     }
 
     /// Indices of the components that count: all but the neutral pair.
-    pub fn weighted_components(&self) -> Vec<usize> {
-        (0..self.weights.len())
-            .filter(|&i| self.weights[i] > 0.0)
-            .collect()
+    pub fn weighted_components(&self) -> &[usize] {
+        &self.weighted
     }
 
     /// The natural unit: the norm of a displacement by half a gap.
@@ -160,11 +162,8 @@ impl EnergyNorm {
     pub fn difference(&self, x: &[f64], y: &[f64]) -> Vec<f64> {
         let mut deviation: Vec<f64> = x.iter().zip(y).map(|(a, b)| a - b).collect();
         self.project(&mut deviation);
-        let weighted = self.weights.iter().zip(&deviation);
-        weighted
-            .filter(|(w, _)| **w > 0.0)
-            .map(|(w, a)| w * a)
-            .collect()
+        let scaled = |&i: &usize| self.weights[i] * deviation[i];
+        self.weighted.iter().map(scaled).collect()
     }
 
     /// Removes the neutral pair, and displacements without effect, from a vector.
@@ -181,6 +180,11 @@ impl EnergyNorm {
             }
         }
     }
+}
+
+/// Indices of the components with a weight.
+fn weighted(weights: &[f64]) -> Vec<usize> {
+    (0..weights.len()).filter(|&i| weights[i] > 0.0).collect()
 }
 
 /// How many dimensions events may take from the tangents: one for each dry slider and each element of dry friction, two for

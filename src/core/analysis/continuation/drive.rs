@@ -83,7 +83,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         let built = CurrentModel::new(family, at)?;
         let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
         let norm = &built.norm;
-        let weighted = norm.weighted_components();
+        let weighted = norm.weighted_components().to_vec();
         let scales = weighted
             .iter()
             .map(|&i| norm.weights()[i] / norm.unit())

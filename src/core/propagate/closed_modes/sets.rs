@@ -181,6 +181,9 @@ impl Sets {
                 continue;
             }
             out.push((contact, 0));
+            if self.classes[contact].len() == 1 {
+                continue;
+            }
             let all: Vec<usize> = cycles.iter().flatten().copied().collect();
             let following = all.iter().copied().cycle().skip(1);
             let mut next: Vec<usize> = (all.iter().zip(following))
