@@ -147,7 +147,7 @@ pub fn disturbed(model: &Model) -> TrajectoryState {
     let mut state = start.state.clone();
     let felt = norm.weighted_components();
     let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
-    for (k, i) in felt.into_iter().enumerate() {
+    for (k, &i) in felt.iter().enumerate() {
         state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];
     }
     TrajectoryState::new(model, state, 0)

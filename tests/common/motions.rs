@@ -141,7 +141,7 @@ pub fn planted(kind: Kind, seed: u64) -> Planted {
     let norm = EnergyNorm::new(&model);
     // A kick of some half gaps.
     let kick = norm.unit() * if lasting { 0.02 } else { decades(&mut between, 0.3, 300.0) };
-    for &i in &norm.weighted_components() {
+    for &i in norm.weighted_components() {
         start.state[i] += kick * between(-1.0, 1.0) / norm.weights()[i];
     }
     let start = TrajectoryState::new(&model, start.state, 0);
@@ -154,7 +154,7 @@ pub fn contracts(model: &Model, start: &TrajectoryState, cycles: u64) -> bool {
     let norm = EnergyNorm::new(model);
     let kernel = Volterra::new(model, f64::EPSILON, 10_000);
     let mut other = start.state.clone();
-    for &i in &norm.weighted_components() {
+    for &i in norm.weighted_components() {
         other[i] += norm.unit() / norm.weights()[i];
     }
     let other = TrajectoryState::new(model, other, start.cycle);

@@ -48,7 +48,7 @@ pub fn compare(model: &Model, start: &TrajectoryState, cycles: u64) -> Compared 
     let norm = EnergyNorm::new(model);
     let mut beside = start.clone();
     let displaced = 1e-6;
-    for i in norm.weighted_components() {
+    for &i in norm.weighted_components() {
         let part = displaced * norm.unit() / (norm.weighted_components().len() as f64).sqrt();
         beside.state[i] += part / norm.weights()[i];
     }

@@ -3,10 +3,10 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{Events, advance_with, settled, volterra};
+use common::advance::{Events, advance_with, disturbed, settled, volterra};
 use gearatlas::analysis::{
-    Effort, EnergyNorm, LyapunovConfig, NvhConfig, PointConfig, Power, PowerOutcome, Section,
-    Signals, investigate,
+    Effort, LyapunovConfig, NvhConfig, PointConfig, Power, PowerOutcome, Section, Signals,
+    investigate,
 };
 use gearatlas::manifest;
 use gearatlas::model::{
@@ -234,14 +234,7 @@ fn rattling(model: &Model) -> TrajectoryState {
     if model.contacts.len() == 2 {
         return settled(model, 60);
     }
-    let norm = EnergyNorm::new(model);
-    let mut state = model.start(&InitialState::Static).state;
-    let felt = norm.weighted_components();
-    let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
-    for (k, i) in felt.into_iter().enumerate() {
-        state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];
-    }
-    TrajectoryState::new(model, state, 0)
+    disturbed(model)
 }
 
 /// Cases with the terms that must not vanish.
