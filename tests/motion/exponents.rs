@@ -4,18 +4,16 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{advance, settled, volterra};
-use common::{drives, relative_difference};
-use gearatlas::analysis::orbits::floquet;
+use common::advance::{settled, volterra};
+use common::drives;
 use gearatlas::analysis::{
-    Class, Effort, EnergyNorm, LyapunovConfig, LyapunovMethod, Nvh, PointConfig, Section,
-    TangentGrowth, investigate, kaplan_yorke,
+    Class, Effort, EnergyNorm, LyapunovConfig, LyapunovMethod, PointConfig, Section, TangentGrowth,
+    investigate, kaplan_yorke,
 };
 use gearatlas::model::{Division, DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
 use gearatlas::numerics::random::{PointSeed, Stream};
 use gearatlas::numerics::statistics::standard_error;
-use gearatlas::propagate::{Counters, Kernel, Tangents};
-use gearatlas::reference::Reference;
+use gearatlas::propagate::{Counters, Kernel};
 use gearatlas::verify::constant_contact_exponents;
 use std::f64::consts::TAU;
 use std::sync::atomic::AtomicBool;
@@ -59,38 +57,6 @@ fn worst_difference(a: &[f64], b: &[f64]) -> f64 {
         .zip(b)
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max)
-}
-
-#[test]
-fn multipliers_in_constant_contact_are_eigenvalues_of_the_map() {
-    for (name, case) in drives() {
-        let model = quiet(case);
-        let exact = constant_contact_exponents(&model).unwrap();
-        let kernel = volterra(&model);
-        let norm = EnergyNorm::new(&model);
-        let mut counters = Counters::default();
-        let mut start = model.start(&InitialState::Static);
-        let multipliers = floquet::multipliers(
-            &model,
-            &kernel,
-            &norm,
-            &mut start,
-            1,
-            &mut kernel.workspace(),
-            &mut counters,
-        )
-        .unwrap()
-        .unwrap();
-        assert_eq!(counters.events, 0);
-        let found = floquet::exponents(&multipliers, 1);
-        let error = worst_difference(&found, &exact);
-        println!(
-            "{name}: {error:.1e} on {:.4} … {:.4}",
-            exact[0],
-            exact[exact.len() - 1]
-        );
-        assert!(error < 1e-11, "{name}: {error:e}");
-    }
 }
 
 #[test]
@@ -253,133 +219,6 @@ fn stable_fixed_point_has_its_negative_exponent() {
         let error = worst_difference(&lyapunov.exponents, &[exact, exact]);
         assert!(error < 1e-13, "{error:e}");
         assert!(lyapunov.stderr() < 1e-13);
-    }
-}
-
-/// The volume of tangent space shrinks by the trace of the flow: twice every mode's growth,
-/// and `−c Σ w·A·g` while in contact; saltation matrices have determinant 1.
-#[test]
-fn sum_of_all_exponents_is_the_mean_trace() {
-    for (name, case) in drives() {
-        let model = common::model(&case);
-        let n = model.modes();
-        let kernel = volterra(&model);
-        let mut trajectory = settled(&model, 100);
-        let norm = EnergyNorm::new(&model);
-        let count = 2 * (n - model.neutral.len());
-        let mut growth = TangentGrowth::new(&norm, n, count, &mut Stream::new(3, 1, 4));
-        let mut workspace = kernel.workspace();
-        let mut counters = Counters::default();
-        let mut nvh = Nvh::new(&model, 0);
-        for _ in 0..200 {
-            kernel
-                .advance_cycle(
-                    &mut trajectory,
-                    growth.tangents(),
-                    &mut workspace,
-                    &mut nvh,
-                    &mut counters,
-                )
-                .unwrap();
-            growth.cycle(&norm);
-        }
-        assert!(counters.events > 200, "{name}");
-        let sum: f64 = growth.exponents().unwrap().iter().sum();
-        let felt = (0..n).filter(|i| !model.neutral.contains(i));
-        let flow: f64 = felt.map(|i| 2.0 * model.blocks[i].growth()).sum();
-        let contact: f64 = (model.first_gains().iter())
-            .map(|gain| {
-                let (rate, g) = (gain.rate, gain.mesh_input);
-                rate[0] * g[0] + rate[1] * g[1]
-            })
-            .sum();
-        let [drive, _, coast, _] = nvh.outcome().unwrap().values.fractions;
-        let damping = model.first_cycle().segments[0].damping;
-        let exact = model.period() * (flow - damping * contact * (drive + coast));
-        println!(
-            "{name}: {sum} {exact}, relative {:.1e}",
-            (sum / exact - 1.0).abs()
-        );
-        assert!(
-            (sum - exact).abs() < 1e-12 * exact.abs(),
-            "{name}: {sum} {exact}"
-        );
-    }
-}
-
-/// Columns of the one-cycle tangent map compared with central differences of the reference.
-#[test]
-fn tangents_are_the_derivative_through_impacts() {
-    for (name, case) in drives() {
-        let model = common::model(&case);
-        let n = model.modes();
-        let kernel = volterra(&model);
-        let reference = Reference::new(&model);
-        let mut start = settled(&model, 40);
-        while reference.advance(&start, 1).unwrap().crossings.len() < 2 {
-            start = advance(&kernel, &start, 1);
-        }
-        let scale = [1e-11, 1e-7];
-        let mut tangents = Tangents::zeros(n, 2 * n);
-        for i in 0..2 * n {
-            tangents.vector_mut(i)[i] = scale[i / n];
-        }
-        kernel
-            .advance_cycle(
-                &mut start.clone(),
-                &mut tangents,
-                &mut kernel.workspace(),
-                &mut (),
-                &mut Counters::default(),
-            )
-            .unwrap();
-        let mut worst = 0.0f64;
-        for i in (0..2 * n).step_by(n.div_ceil(4)) {
-            let end = |side: f64| {
-                let mut moved = start.clone();
-                moved.state[i] += side * scale[i / n];
-                reference.advance(&moved, 1).unwrap().end.state
-            };
-            let difference: Vec<_> = end(1.0)
-                .iter()
-                .zip(end(-1.0))
-                .map(|(a, b)| 0.5 * (a - b))
-                .collect();
-            worst = worst.max(relative_difference(tangents.vector(i), &difference));
-        }
-        println!("{name}: {worst:.1e}");
-        assert!(worst < 1e-6, "{name}: {worst:e}");
-    }
-}
-
-#[test]
-fn twin_and_tangent_agree_on_chaos() {
-    for (name, case) in [
-        ("one degree", common::one_degree()),
-        ("six modes", common::six_modes()),
-    ] {
-        let model = common::model(&case);
-        let outcome = investigate(
-            &model,
-            &volterra(&model),
-            model.start(&InitialState::Static),
-            // A twin needs 320 cycles.
-            &questions(1, 200, 320),
-            &AtomicBool::new(false),
-        )
-        .unwrap();
-        let lyapunov = outcome.lyapunov.clone().unwrap();
-        println!("{name}: {lyapunov:?} {:?}", outcome.class);
-        assert_eq!(
-            outcome.class,
-            Some(Class::Chaotic),
-            "{name}: {}",
-            outcome.reason
-        );
-        assert_eq!(lyapunov.method, LyapunovMethod::Tangent);
-        assert_eq!(lyapunov.twin_agrees, Some(true), "{name}: {lyapunov:?}");
-        let apart = (lyapunov.twin.unwrap() - lyapunov.exponents[0]).abs();
-        assert!(apart < 1e-4, "{name}: {lyapunov:?}");
     }
 }
 

@@ -48,7 +48,6 @@ mod film;
 mod flank_error;
 mod followed;
 mod fuzz_drives;
-mod grazing;
 mod horizon;
 mod hysteresis;
 mod impacts;

@@ -9,9 +9,8 @@ use common::advance::{
 };
 use common::skipped::skipped;
 use common::{drives, relative_difference, state_difference};
-use gearatlas::analysis::EnergyAudit;
 use gearatlas::model::{Division, MeshHarmonic, Model, TrajectoryState};
-use gearatlas::propagate::{InstructionSet, Kernel, Stepping, Volterra};
+use gearatlas::propagate::{InstructionSet, Kernel, Volterra};
 use gearatlas::reference::{Passage, Reference};
 
 /// Differences of two integrations over the same time.
@@ -93,28 +92,6 @@ fn one_cycle_is_that_of_the_reference() {
             assert!(worst.state < 1e-13, "{name} at load {load}: {worst:?}");
             assert!(worst.time < 1e-14, "{name} at load {load}: {worst:?}");
         }
-    }
-}
-
-#[test]
-fn constant_contact_is_exact_over_many_cycles() {
-    for (name, mut case) in drives() {
-        for harmonic in &mut case.1.transmission_error {
-            harmonic.amplitude *= 0.002;
-        }
-        // The full step of stiffness alone moves one degree out of contact.
-        case.1.mesh = Division::levels(&[3.4e8, 3.333e8], &[0.6]);
-        for ripple in &mut case.1.torque_ripple {
-            ripple.amplitude *= 0.1;
-        }
-        case.2.load = 1.0;
-        let model = common::model(&case);
-        let start = mean_equilibrium(&model);
-        let exact = Reference::new(&model).advance(&start, 20).unwrap();
-        let found = compare(&model, &volterra(&model), &start, &exact).unwrap();
-        println!("{name}: {found:?}");
-        assert_eq!(found.events, 0, "{name} leaves contact");
-        assert!(found.state < 1e-12, "{name}: {found:?}");
     }
 }
 
@@ -228,127 +205,6 @@ fn work_of_a_fixed_case_is_known() {
         guard_evaluations: 0,
     }
     ");
-}
-
-/// The neutral pair moves freely: after 10⁵ cycles it agrees with its start, and the other modes have not affected it.
-#[test]
-fn neutral_pair_does_not_drift() {
-    let cycles = 100_000;
-    for case in [common::two_modes(), common::forty_modes()] {
-        let model = common::model(&case);
-        let n = model.modes();
-        let [neutral] = model.neutral[..] else {
-            panic!("one neutral pair expected");
-        };
-        let mut start = settled(&model, 40);
-        let (place, speed) = (1e-6, 1e-4);
-        start.state[neutral] = place;
-        start.state[n + neutral] = speed;
-        let end = advance(&volterra(&model), &start, cycles);
-        let time = cycles as f64 * model.period();
-        let pull = model.blocks[neutral].static_input[1];
-        let exact = [
-            place + time * (speed + 0.5 * time * pull),
-            speed + time * pull,
-        ];
-        // Each window adds one rounding error. These accumulate randomly or in one direction.
-        let growth = 1e5 * f64::EPSILON;
-        let found = [end.state[neutral], end.state[n + neutral]];
-        for (found, exact) in found.into_iter().zip(exact) {
-            let error = (found - exact).abs() / exact.abs();
-            println!("{n} modes: {error:.1e}");
-            assert!(error < growth, "{n} modes: {error:e}");
-        }
-    }
-}
-
-#[test]
-fn energy_is_accounted_for_over_many_cycles() {
-    let cycles = 10_000;
-    for case in [common::one_degree(), common::forty_modes()] {
-        let model = common::model(&case);
-        let mut audit = EnergyAudit::new(&model);
-        let start = settled(&model, 40);
-        let (end, counters) = advance_with(&volterra(&model), &start, cycles, &mut audit);
-        let residual = audit.residual(&end).unwrap();
-        println!("{} modes: {residual:.1e}", model.modes());
-        assert!(counters.events > cycles);
-        assert!(residual < 1e-10, "{residual:e}");
-    }
-}
-
-/// Slope of the error against the step, by least squares on logarithms.
-fn observed_order(ladder: &[(u32, f64)]) -> f64 {
-    let n = ladder.len() as f64;
-    let points: Vec<_> = ladder
-        .iter()
-        .map(|&(steps, error)| (-f64::from(steps).ln(), error.ln()))
-        .collect();
-    let x = points.iter().map(|p| p.0).sum::<f64>() / n;
-    let y = points.iter().map(|p| p.1).sum::<f64>() / n;
-    let top: f64 = points.iter().map(|p| (p.0 - x) * (p.1 - y)).sum();
-    let bottom: f64 = points.iter().map(|p| (p.0 - x).powi(2)).sum();
-    top / bottom
-}
-
-/// The small-step kernel converges to the structured kernel, with order 1 through rattle and 2 in contact.
-#[test]
-fn small_steps_converge_to_it() {
-    for (name, case) in [
-        ("one degree", common::one_degree()),
-        ("six modes", common::six_modes()),
-        ("forty modes", common::forty_modes()),
-    ] {
-        let model = common::model(&case);
-        let kernel = volterra(&model);
-        let mut start = settled(&model, 40);
-        let mut ladder = [960, 1920, 3840, 7680].map(|steps| (steps, 0.0));
-        let mut samples = 0.0;
-        for _ in 0..8 {
-            let mut events = Events::default();
-            let (end, _) = advance_with(&kernel, &start, 1, &mut events);
-            if !events.0.is_empty() {
-                // A single error is random; its geometric mean over neighbouring steps is not.
-                samples += 6.0;
-                for (steps, log) in &mut ladder {
-                    for neighbour in 0..6 {
-                        let steps = *steps + *steps * neighbour / 24;
-                        let small = Stepping::new(&model, steps, 10_000);
-                        let error =
-                            relative_difference(&advance(&small, &start, 1).state, &end.state);
-                        *log += error.ln();
-                    }
-                }
-            }
-            start = end;
-        }
-        assert!(samples > 0.0, "{name} does not rattle");
-        let ladder = ladder.map(|(steps, log)| (steps, (log / samples).exp()));
-        let order = observed_order(&ladder);
-        assert!((0.8..1.3).contains(&order), "{name}: {order}, {ladder:?}");
-
-        let mut quiet = case.clone();
-        quiet
-            .1
-            .transmission_error
-            .iter_mut()
-            .for_each(|h| h.amplitude *= 0.01);
-        quiet
-            .1
-            .torque_ripple
-            .iter_mut()
-            .for_each(|r| r.amplitude *= 0.1);
-        quiet.2.load = 1.0;
-        let model = common::model(&quiet);
-        let start = mean_equilibrium(&model);
-        let end = advance(&volterra(&model), &start, 3);
-        let ladder = [960, 1920, 3840].map(|steps| {
-            let small = advance(&Stepping::new(&model, steps, 100), &start, 3);
-            (steps, relative_difference(&small.state, &end.state))
-        });
-        let order = observed_order(&ladder);
-        assert!((1.9..2.1).contains(&order), "{name}: {order}, {ladder:?}");
-    }
 }
 
 mod random_drives {
