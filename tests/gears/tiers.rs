@@ -5,6 +5,7 @@
 
 use crate::default_drive;
 use default_drive::{DENSITY, gears, shafts};
+use gearatlas::gear::GearError;
 use gearatlas::shaft::{
     Bearing, Disc, Drag, FlexibleDrive, Pedestal, RigidDrive, Shaft, ShaftError, Tier,
 };
@@ -445,7 +446,7 @@ fn what_a_tier_releases_must_be_held() {
     });
     assert!(matches!(
         floating.modes(2, 2, false),
-        Err(ShaftError::NotPositive { .. })
+        Err(ShaftError::Gear(GearError::NotPositive { .. }))
     ));
     let mut bare = drive(Tier::Pedestal, shafts());
     bare.pedestals = None;

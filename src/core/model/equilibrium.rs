@@ -2,10 +2,10 @@
 
 use super::error::ModelError;
 use super::rest::{
-    self, Contacts, NoStaticState, ROUND_OFF, StaticContact, StaticState, dot, dot_of_moduli,
+    self, Contacts, NoStaticState, ROUND_OFF, StaticContact, StaticState, dot_of_moduli,
 };
 use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model};
-use crate::numerics::linalg;
+use crate::numerics::linalg::{self, add_scaled, dot};
 use faer::Mat;
 use std::f64::consts::TAU;
 
@@ -221,7 +221,7 @@ impl Model {
         let mut modes = at_load;
         let contacts_with_forces = all.iter().zip(&rest_state.forces);
         for ((rotated, force), response) in contacts_with_forces.zip(&responses_to_forces) {
-            rest::add(&mut modes, -rotated.side * force, response);
+            add_scaled(&mut modes, -rotated.side * force, response);
         }
         for (&r, place) in rigid_motions.iter().zip(&rest_state.place) {
             modes[r] = *place;
@@ -362,7 +362,7 @@ fn rates(all: &[RotatedStaticContact], contacts: &Contacts, rest: &StaticState) 
         }
         let last = &basis[basis.len() - 1];
         let missing = all[i].side * all[i].shut_rate - dot(along, &rates);
-        rest::add(&mut rates, missing / dot(along, last), last);
+        add_scaled(&mut rates, missing / dot(along, last), last);
     }
     rates
 }

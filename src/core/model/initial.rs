@@ -75,22 +75,12 @@ impl Model {
 
     /// Participations w and g of a direction in deflection and force, of the rotated modes.
     pub fn participations(&self, direction: usize) -> [Vec<f64>; 2] {
-        let n = self.blocks.len();
         let gains = &self.directions[direction].gains;
-        let w = match self.basis.coupled() {
-            None => gains.iter().map(|gain| gain.deflection[0]).collect(),
-            Some(coupled) => {
-                let along = |k: usize| {
-                    let row = |i: usize| coupled.from_modes[2 * n * i + k];
-                    let terms = gains.iter().enumerate().map(|(i, gain)| {
-                        gain.deflection[0] * row(i) + gain.deflection[1] * row(n + i)
-                    });
-                    terms.sum()
-                };
-                (0..n).map(along).collect()
-            }
-        };
+        let rows: Vec<_> = gains.iter().map(|gain| gain.deflection).collect();
         let inputs: Vec<_> = gains.iter().map(|gain| gain.mesh_input).collect();
-        [w, self.basis.force(&inputs)]
+        [
+            self.basis.displacement_gains(&rows),
+            self.basis.force(&inputs),
+        ]
     }
 }

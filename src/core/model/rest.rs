@@ -23,6 +23,7 @@
 
 use super::ActiveSet;
 use crate::numerics::linalg;
+use crate::numerics::linalg::{add_scaled, dot};
 use faer::Mat;
 
 /// Round-off of a sum, relative to its terms.
@@ -44,21 +45,9 @@ const MOST_RENEWALS: usize = 20;
 /// Part of the friction that is added in the first step, and the smallest part of a step.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
-/// `Σ a b` over the common length.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
 /// `Σ |a b|`.
 pub(super) fn dot_of_moduli(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a * b).abs()).sum()
-}
-
-/// `a += factor b`.
-pub(super) fn add(a: &mut [f64], factor: f64, b: &[f64]) {
-    for (a, b) in a.iter_mut().zip(b) {
-        *a += factor * b;
-    }
 }
 
 /// The largest modulus.
@@ -75,7 +64,7 @@ pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
         for _ in 0..2 {
             for known in &basis {
                 let part = dot(&rest, known);
-                add(&mut rest, -part, known);
+                add_scaled(&mut rest, -part, known);
             }
         }
         let size = dot(&rest, &rest).sqrt();
@@ -216,14 +205,14 @@ impl Contacts {
         for (&contact, &force) in among.iter().zip(&solution) {
             forces[contact] = force;
             let push = &self.contacts_at_rest[contact].push;
-            add(&mut drift, -force, push);
+            add_scaled(&mut drift, -force, push);
             size = size.max(force.abs() * largest(push));
         }
         let mut place = place.to_vec();
         for (constrained, shift) in constrained.iter().zip(&solution[count..]) {
-            add(&mut place, *shift, constrained);
+            add_scaled(&mut place, *shift, constrained);
             let part = dot(&drift, constrained);
-            add(&mut drift, -part, constrained);
+            add_scaled(&mut drift, -part, constrained);
         }
         if largest(&drift) <= SAME_MOTION * size {
             drift.fill(0.0);
@@ -322,8 +311,8 @@ impl Contacts {
         let step = low - slope(low) * (high - low) / (slope(high) - slope(low));
         // If round-off hides the slope, use the full step.
         let step = if step > 0.0 && step.is_finite() { step } else { 1.0 };
-        add(forces, step, way[0]);
-        add(place, step, way[1]);
+        add_scaled(forces, step, way[0]);
+        add_scaled(place, step, way[1]);
     }
 
     /// These contacts, which have no friction, with a part of the friction of `other`.
@@ -363,8 +352,8 @@ impl Contacts {
             .zip(&other.contacts_at_rest)
             .zip(forces)
         {
-            add(&mut loaded.load, *force, &own.push);
-            add(&mut loaded.load, -force, &other.push);
+            add_scaled(&mut loaded.load, *force, &own.push);
+            add_scaled(&mut loaded.load, -force, &other.push);
         }
         loaded
     }

@@ -324,10 +324,16 @@ fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair 
     }
 }
 
-/// The discrete Fourier transform of real values, a power of two in number, in plain loops: the terms up to
-/// half their number.
-pub fn transform(values: &[f64]) -> Vec<Complex64> {
-    plain::transform(values)
+/// `Σ a b` over the common length.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// `a += factor b` over the common length.
+pub fn add_scaled(a: &mut [f64], factor: f64, b: &[f64]) {
+    for (a, b) in a.iter_mut().zip(b) {
+        *a += factor * b;
+    }
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Does a drawing meet the assumptions of the flanks? Checks lengths, moduli, courses through points and bores.
 
 use super::compliance::LEAST_BODY_RATIO;
-use super::{FlankCourse, GearError, GearPair, Tooth};
+use super::{FlankCourse, GearError, GearPair, Tooth, non_negative, positive};
 use std::f64::consts::FRAC_PI_2;
 
 /// Part of a flank by which points may lie beyond its ends, to allow for rounded lengths in drawings.
@@ -24,7 +24,7 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
             .chain(&form.root_relief)
             .chain(&form.end_relief)
     };
-    let positive = [
+    let lengths = [
         ("module [m]", pair.module),
         ("pressure angle [rad]", pair.pressure_angle),
         ("face width [m]", pair.face_width),
@@ -49,12 +49,10 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
         "outer diameter of a ring [m]",
         std::slice::from_ref(&form.ring),
     ));
-    for (quantity, value) in positive {
-        if !(value.is_finite() && value > 0.0) {
-            return Err(GearError::NotPositive { quantity, value });
-        }
+    for (quantity, value) in lengths {
+        positive(quantity, value)?;
     }
-    let non_negative = [
+    let amounts = [
         ("rack tip radius [1]", form.rack.tip_radius),
         ("thinning [m]", form.thinning[0]),
         ("thinning [m]", form.thinning[1]),
@@ -63,10 +61,8 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
     ]
     .into_iter()
     .chain(relief().map(|relief| ("amount of relief [m]", relief.amount)));
-    for (quantity, value) in non_negative {
-        if !(value.is_finite() && value >= 0.0) {
-            return Err(GearError::Negative { quantity, value });
-        }
+    for (quantity, value) in amounts {
+        non_negative(quantity, value)?;
     }
     Ok(())
 }

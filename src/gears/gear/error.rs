@@ -299,3 +299,21 @@ pub enum GearError {
         limit: f64,
     },
 }
+
+/// `value` if it is positive and finite.
+pub(crate) fn positive(quantity: &'static str, value: f64) -> Result<f64, GearError> {
+    if value.is_finite() && value > 0.0 {
+        Ok(value)
+    } else {
+        Err(GearError::NotPositive { quantity, value })
+    }
+}
+
+/// `value` if it is zero or positive, and finite.
+pub(crate) fn non_negative(quantity: &'static str, value: f64) -> Result<f64, GearError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(GearError::Negative { quantity, value })
+    }
+}

@@ -31,6 +31,7 @@ mod tooth_fault;
 
 pub use compliance::{FaceCoupling, PairCompliance};
 pub use error::{FlankCourse, GearError};
+pub(crate) use error::{non_negative, positive};
 pub use even_sharing::EvenSharing;
 pub use faulty_flanks::FaultyFlanks;
 pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};

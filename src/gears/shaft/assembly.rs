@@ -11,7 +11,8 @@ pub use coupling::CouplingMatrices;
 
 use super::beam::{BeamElement, ElementMatrix, Material, Section};
 use super::disc::Disc;
-use super::error::{ShaftError, finite, non_negative};
+use super::error::{ShaftError, finite};
+use crate::gear::non_negative;
 use faer::Mat;
 
 /// Freedoms of a node.
@@ -148,7 +149,7 @@ impl Assembly {
     /// [`Freedom`] \[N/m, N m/rad\].
     ///
     /// # Errors
-    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
     pub fn add_spring(
         &mut self,
         node: usize,
@@ -166,7 +167,7 @@ impl Assembly {
     /// \[N/m, N m/rad\]; each acts between the same freedoms of both.
     ///
     /// # Errors
-    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
     pub fn add_spring_between(
         &mut self,
         from: usize,
@@ -189,7 +190,7 @@ impl Assembly {
     /// Adds a rigid disc to a node.
     ///
     /// # Errors
-    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
     pub fn add_disc(&mut self, node: usize, disc: Disc) -> Result<(), ShaftError> {
         self.add_inertia(node, disc)?;
         let first = self.freedom(node, Freedom::X)?;
@@ -213,7 +214,7 @@ impl Assembly {
     /// does not tilt with the shaft, so it has no gyroscopic moment.
     ///
     /// # Errors
-    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
     pub fn add_polar_inertia(&mut self, node: usize, inertia: f64) -> Result<(), ShaftError> {
         self.add_inertia(
             node,

@@ -7,7 +7,8 @@
 //! linear in z with consistent mass. `Φ = 0` is the Euler–Bernoulli element with rotary
 //! inertia.
 
-use super::error::{ShaftError, non_negative, positive};
+use super::error::ShaftError;
+use crate::gear::{GearError, non_negative, positive};
 use std::f64::consts::PI;
 
 /// Freedoms of an element.
@@ -27,7 +28,7 @@ impl Section {
     /// A solid section of the given diameter \[m\].
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`].
+    /// [`GearError::NotPositive`](crate::gear::GearError).
     pub fn solid(diameter: f64) -> Result<Self, ShaftError> {
         Self::hollow(diameter, 0.0)
     }
@@ -35,7 +36,7 @@ impl Section {
     /// A section of the given outer diameter and bore \[m\].
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`], [`ShaftError::Negative`], [`ShaftError::NoWall`].
+    /// [`GearError::NotPositive`](crate::gear::GearError), [`GearError::Negative`](crate::gear::GearError), [`ShaftError::NoWall`].
     pub fn hollow(diameter: f64, bore: f64) -> Result<Self, ShaftError> {
         positive("diameter [m]", diameter)?;
         non_negative("bore [m]", bore)?;
@@ -101,7 +102,7 @@ impl BeamElement {
     /// beam that is rigid in shear.
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`] and [`ShaftError::Negative`].
+    /// [`GearError::NotPositive`](crate::gear::GearError) and [`GearError::Negative`](crate::gear::GearError).
     pub fn new(
         section: Section,
         material: Material,
@@ -113,10 +114,10 @@ impl BeamElement {
         non_negative("density [kg/m^3]", material.density)?;
         positive("element length [m]", length)?;
         if shear_coefficient.is_nan() || shear_coefficient <= 0.0 {
-            return Err(ShaftError::NotPositive {
+            return Err(ShaftError::Gear(GearError::NotPositive {
                 quantity: "shear coefficient [1]",
                 value: shear_coefficient,
-            });
+            }));
         }
         Ok(Self {
             section,

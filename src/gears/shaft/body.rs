@@ -15,7 +15,8 @@
 //! body. Without a hub the whole body is rigid, and the shaft bends below it as if it were alone.
 
 use super::disc::Disc;
-use super::error::{ShaftError, positive};
+use super::error::ShaftError;
+use crate::gear::positive;
 use crate::gear::{GearPair, Hub};
 
 /// The effect of a gear body on its shaft.
@@ -33,7 +34,7 @@ impl GearBody {
     /// The body of one gear of a pair on a shaft of a diameter \[m\], of a density \[kg/m³\].
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`]; [`ShaftError::BodyParts`] if the diameters of shaft, hub, web, rim and pitch circle
+    /// [`GearError::NotPositive`](crate::gear::GearError); [`ShaftError::BodyParts`] if the diameters of shaft, hub, web, rim and pitch circle
     /// do not increase in this order.
     pub fn new(
         gears: &GearPair,

@@ -1,8 +1,9 @@
 //! Rigid bodies of revolution on a shaft: gear bodies, rigid shafts.
 
 use super::beam::Section;
-use super::error::{ShaftError, positive};
+use super::error::ShaftError;
 use crate::gear::Web;
+use crate::gear::positive;
 use std::f64::consts::PI;
 
 /// A rigid body of revolution about the shaft's axis, its centre of mass at the node.
@@ -21,7 +22,7 @@ impl Disc {
     /// `J_p = m (d_o² + d_i²)/8`, `J_d = J_p/2 + m L²/12`.
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`], [`ShaftError::Negative`], [`ShaftError::NoWall`].
+    /// [`GearError::NotPositive`](crate::gear::GearError), [`GearError::Negative`](crate::gear::GearError), [`ShaftError::NoWall`].
     pub fn annulus(
         diameter: f64,
         bore: f64,

@@ -2,9 +2,10 @@
 
 use super::assembly::{Assembly, Freedom};
 use super::disc::Disc;
-use super::error::{ShaftError, non_negative, positive};
+use super::error::ShaftError;
 use super::rolling::{Ring, RollingBearing};
 use crate::gear::GearPair;
+use crate::gear::{non_negative, positive};
 use strum::EnumString;
 
 /// Two parallel shafts on bearings, each with a gear body between its bearings and an

@@ -11,22 +11,6 @@ pub enum ShaftError {
     /// Shafts, gears and couplings do not form a train.
     #[error(transparent)]
     Train(#[from] super::train::TrainError),
-    /// A quantity that must be positive and finite is not.
-    #[error("{quantity} is {value}, but must be positive and finite")]
-    NotPositive {
-        /// Name of the quantity, with its unit.
-        quantity: &'static str,
-        /// The value found.
-        value: f64,
-    },
-    /// A quantity that must be non-negative and finite is not.
-    #[error("{quantity} is {value}, but must be finite and not negative")]
-    Negative {
-        /// Name of the quantity, with its unit.
-        quantity: &'static str,
-        /// The value found.
-        value: f64,
-    },
     /// A quantity that must be finite is not.
     #[error("{quantity} is {value}, but must be finite")]
     NotFinite {
@@ -259,24 +243,6 @@ pub enum ShaftError {
         /// Norm of `K φ − ω² M φ` over that of its terms' moduli, rows scaled by inertia.
         residual: f64,
     },
-}
-
-/// `value` if it is positive and finite.
-pub(super) fn positive(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
-    if value.is_finite() && value > 0.0 {
-        Ok(value)
-    } else {
-        Err(ShaftError::NotPositive { quantity, value })
-    }
-}
-
-/// `value` if it is zero or positive, and finite.
-pub(super) fn non_negative(quantity: &'static str, value: f64) -> Result<f64, ShaftError> {
-    if value.is_finite() && value >= 0.0 {
-        Ok(value)
-    } else {
-        Err(ShaftError::Negative { quantity, value })
-    }
 }
 
 /// `value` if it is finite.

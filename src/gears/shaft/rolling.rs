@@ -23,7 +23,9 @@
 //!
 //! with lengths in mm (steel).
 
-use super::error::{ShaftError, non_negative, positive};
+use super::error::ShaftError;
+use crate::gear::{non_negative, positive};
+use crate::numerics::linalg::dot;
 use serde::Serialize;
 use std::f64::consts::{PI, SQRT_2, TAU};
 
@@ -114,7 +116,7 @@ impl RollingBearing {
     /// The bearing with its coefficients of contact.
     ///
     /// # Errors
-    /// [`ShaftError::NotPositive`], [`ShaftError::Negative`] for a length or a modulus, [`ShaftError::ElementsTouch`],
+    /// [`GearError::NotPositive`](crate::gear::GearError), [`GearError::Negative`](crate::gear::GearError) for a length or a modulus, [`ShaftError::ElementsTouch`],
     /// [`ShaftError::NoGroove`].
     pub fn law(&self) -> Result<RollingLaw, ShaftError> {
         positive("pitch diameter of a bearing [m]", self.pitch_diameter)?;
@@ -289,10 +291,6 @@ fn directions(angle: f64, radius: f64) -> [Ring; 2] {
 
 fn combined([one, two]: [&Ring; 2], [a, b]: [f64; 2]) -> Ring {
     std::array::from_fn(|i| a * one[i] + b * two[i])
-}
-
-fn dot(one: &Ring, two: &Ring) -> f64 {
-    one.iter().zip(two).map(|(a, b)| a * b).sum()
 }
 
 /// `K (Σρ/(χ² E))^{1/3}` of a ball \[m^{-1/3}\] in a groove, whose raceway has the curvature `along` in units of 2/D in

@@ -4,6 +4,7 @@
 
 use super::field::Field;
 use gearatlas_core::model::{Model, TrajectoryState};
+use gearatlas_core::numerics::linalg::add_scaled;
 
 /// A solver with its tolerance.
 pub trait Adaptive {
@@ -241,11 +242,5 @@ impl Adaptive for Extrapolation {
                 }
             },
         );
-    }
-}
-
-fn add_scaled(to: &mut [f64], scale: f64, by: &[f64]) {
-    for (value, b) in to.iter_mut().zip(by) {
-        *value += scale * b;
     }
 }

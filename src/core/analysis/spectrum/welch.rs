@@ -19,7 +19,7 @@ use crate::model::Model;
 use crate::numerics::fourier::hann;
 use crate::numerics::instructions::portable;
 use crate::numerics::legendre::evaluate;
-use crate::numerics::linalg;
+use crate::numerics::plain;
 use crate::propagate::Window;
 use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
@@ -96,7 +96,7 @@ impl Record {
 fn fourier_transform(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
     if portable() {
         // The planner's choice depends on the processor.
-        return Some(linalg::transform(&input));
+        return Some(plain::transform(&input));
     }
     let mut output = vec![Complex64::default(); input.len() / 2 + 1];
     plan.process(&mut input, &mut output).ok()?;

@@ -1,6 +1,7 @@
 //! Newton steps with compensated residuals that make blocks exact.
 
 use super::parts::{Block, EQUAL_EIGENVALUES, IMPROVEMENTS};
+use crate::numerics::linalg::dot;
 use faer::{Mat, prelude::*};
 use multiversion::multiversion;
 
@@ -236,10 +237,6 @@ fn add_products(factors: &[f64], values: &[f64], sums: &mut [f64], errors: &mut 
         *error += x.mul_add(*y, -product) + ((*sum - (total - back)) + (product - back));
         *sum = total;
     }
-}
-
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(a, b)| a * b).sum()
 }
 
 pub(super) fn norm(x: &[f64]) -> f64 {

@@ -1,11 +1,12 @@
 //! The invariant planes of a matrix, each given by two columns.
 
 use super::clusters::separate;
-use super::improvement::{dot, norm, unit_length};
+use super::improvement::{norm, unit_length};
 use super::parts::{
     Block, Direction, LEAST_IMAGINARY, MOST_EIGENVECTOR_CONDITION, OFFSET, PARALLEL_COSINE,
     PLANE_CONDITION, POOR_RESIDUAL, ROUND_OFF, SPLIT_IMAGINARY,
 };
+use crate::numerics::linalg::dot;
 use faer::{Mat, prelude::*};
 use std::cmp::Reverse;
 

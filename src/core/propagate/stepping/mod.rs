@@ -25,6 +25,7 @@ use crate::model::{
     Line, MOST_CONTACTS, Model, OUT_OF_REACH, SEVERAL_CONTACTS, Segment, TrajectoryState,
     equal_parts,
 };
+use crate::numerics::linalg::add_scaled;
 use free_flow::FreeFlow;
 use mesh_state::{Change, MeshState};
 use tables::{ContactTable, MidStepContact, Rows, dot, middles};
@@ -465,12 +466,6 @@ impl Stepping {
         counters.tangent_windows += (self.steps * tangents.count()) as u64;
         trajectory.cycle += 1;
         Ok(())
-    }
-}
-
-fn add_scaled(to: &mut [f64], scale: f64, by: &[f64]) {
-    for (value, b) in to.iter_mut().zip(by) {
-        *value += scale * b;
     }
 }
 

@@ -9,9 +9,10 @@
 //! Machines*, 2010, chapters 5 and 7).
 
 use super::super::beam::BeamElement;
-use super::super::error::{ShaftError, finite, non_negative};
+use super::super::error::{ShaftError, finite};
 use super::super::rolling::Ring;
 use super::{Assembly, Freedom, NODE_FREEDOMS, scatter};
+use crate::gear::non_negative;
 use faer::Mat;
 
 /// `(row, column, value)` over all freedoms.
@@ -169,7 +170,7 @@ impl Assembly {
     /// \[N s/m\].
     ///
     /// # Errors
-    /// [`ShaftError::NoSuchNode`]; [`ShaftError::Negative`] for an entry on the diagonal,
+    /// [`ShaftError::NoSuchNode`]; [`GearError::Negative`](crate::gear::GearError) for an entry on the diagonal,
     /// [`ShaftError::NotFinite`] for another one.
     pub fn add_dampers(
         &mut self,
@@ -238,7 +239,7 @@ impl Assembly {
     /// ground \[N m s/rad\].
     ///
     /// # Errors
-    /// [`ShaftError::NoSuchNode`], [`ShaftError::Negative`].
+    /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
     pub fn add_drag(
         &mut self,
         node: usize,

@@ -1,4 +1,5 @@
 use super::*;
+use crate::gear::GearError;
 
 fn element() -> BeamElement {
     let material = Material {
@@ -174,7 +175,7 @@ fn misuse_is_refused() {
     );
     assert!(matches!(
         assembly.add_spring(a, [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
-        Err(ShaftError::Negative { .. })
+        Err(ShaftError::Gear(GearError::Negative { .. }))
     ));
     let bound = |node, master| Some(ShaftError::TiedToBound { node, master });
     assert_eq!(assembly.tie(a, a, Freedom::X, 1.0).err(), bound(a, a));

@@ -139,11 +139,11 @@ fn unphysical_elements_are_refused() {
     ));
     assert!(matches!(
         Section::solid(f64::NAN),
-        Err(ShaftError::NotPositive { .. })
+        Err(ShaftError::Gear(GearError::NotPositive { .. }))
     ));
     assert!(matches!(
         Section::hollow(0.05, -0.01),
-        Err(ShaftError::Negative { .. })
+        Err(ShaftError::Gear(GearError::Negative { .. }))
     ));
     let section = Section::solid(0.05).unwrap();
     for (shear, length) in [
@@ -156,7 +156,7 @@ fn unphysical_elements_are_refused() {
     }
     assert!(matches!(
         Disc::annulus(0.1, 0.05, 0.0, 7850.0),
-        Err(ShaftError::NotPositive { .. })
+        Err(ShaftError::Gear(GearError::NotPositive { .. }))
     ));
 }
 

@@ -1,7 +1,7 @@
 mod coupling;
 
 use super::*;
-use crate::gear::{GearPair, ToothForm};
+use crate::gear::{GearError, GearPair, ToothForm};
 use crate::shaft::beam::Section;
 use crate::shaft::{Bearing, Disc, Drag, Shaft};
 
@@ -325,11 +325,11 @@ fn unphysical_drives_are_refused() {
     ));
     assert!(matches!(
         refused(|d| d.shafts[0].bearings[1].y = -1.0),
-        ShaftError::Negative { .. }
+        ShaftError::Gear(GearError::Negative { .. })
     ));
     assert!(matches!(
         refused(|d| d.density = f64::NAN),
-        ShaftError::NotPositive { .. }
+        ShaftError::Gear(GearError::NotPositive { .. })
     ));
     for (modes, retained) in [(1, 1), (109, 10), (10, 11), (10, 1)] {
         assert!(matches!(

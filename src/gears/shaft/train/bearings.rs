@@ -12,10 +12,10 @@
 
 use super::balance::{EquilibriumProblem, OneSidedSupport, SupportLaw};
 use super::contacts::Terms;
-use super::loads::add;
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
 use super::{MeshLaw, TrainDrive, TrainError};
+use crate::numerics::linalg::add_scaled;
 use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper};
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
 use crate::shaft::error::ShaftError;
@@ -213,11 +213,11 @@ impl TrainDrive {
         let driving = functional(&[(node, Freedom::RotationZ, sense(layout.speeds[self.driver]))]);
         let mut force = vec![0.0; driving.len()];
         let power = self.power(layout, assembled, &driving, functional);
-        add(&mut force, load * self.pair.rated_force(), &power);
+        add_scaled(&mut force, load * self.pair.rated_force(), &power);
         let [constant, _] = self.brakes(layout, assembled, &driving, functional);
-        add(&mut force, 1.0, &constant);
+        add_scaled(&mut force, 1.0, &constant);
         for term in self.pin_forces(layout, assembled) {
-            add(&mut force, 1.0, &functional(&[term]));
+            add_scaled(&mut force, 1.0, &functional(&[term]));
         }
 
         let mut stiffness = self.linear_part(meshes, matrices, layout, assembled);

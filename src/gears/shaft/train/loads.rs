@@ -4,6 +4,7 @@ use super::TrainDrive;
 use super::nodes::Assembled;
 use super::solved::Solved;
 use super::speeds::Layout;
+use crate::numerics::linalg::add_scaled;
 use crate::shaft::assembly::Freedom;
 use crate::structure::ModalStructure;
 use nalgebra::{DMatrix, DVector};
@@ -73,7 +74,7 @@ impl TrainDrive {
         let participations = |terms: &[(usize, Freedom, f64)]| solved.participation(terms);
         let mut loads = self.brakes(layout, assembled, driving, participations);
         for (node, freedom, force) in self.pin_forces(layout, assembled) {
-            add(
+            add_scaled(
                 &mut loads[0],
                 force,
                 &solved.participation(&[(node, freedom, 1.0)]),
@@ -119,8 +120,8 @@ impl TrainDrive {
         for (participations, speed, drag) in shafts.chain(loose) {
             let torques = [drag.constant * sign(speed), drag.viscous * speed];
             for (load, torque) in loads.iter_mut().zip(torques) {
-                add(load, -torque, &participations);
-                add(load, torque * speed, driving);
+                add_scaled(load, -torque, &participations);
+                add_scaled(load, torque * speed, driving);
             }
         }
         loads
@@ -141,12 +142,12 @@ impl TrainDrive {
             if shaft.output != 0.0 {
                 let leaving = shaft.output * base / layout.speeds[index];
                 let node = assembled.at(index, shaft.torque_at);
-                add(
+                add_scaled(
                     &mut load,
                     -leaving,
                     &participations(&[(node, Freedom::RotationZ, 1.0)]),
                 );
-                add(&mut load, shaft.output * base, driving);
+                add_scaled(&mut load, shaft.output * base, driving);
             }
         }
         load
@@ -156,10 +157,4 @@ impl TrainDrive {
 /// −1, 0 or 1.
 fn sign(value: f64) -> f64 {
     if value == 0.0 { 0.0 } else { value.signum() }
-}
-
-pub(super) fn add(sum: &mut [f64], factor: f64, column: &[f64]) {
-    for (sum, value) in sum.iter_mut().zip(column) {
-        *sum += factor * value;
-    }
 }

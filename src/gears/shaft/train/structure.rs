@@ -6,8 +6,9 @@ use super::outputs::{BearingTerms, place_motions};
 use super::solved::Solved;
 use super::speeds::{Layout, sense};
 use super::{GearPlace, MeshLaw, TrainDrive, TrainError};
+use crate::gear::positive;
 use crate::shaft::assembly::{AssembledMatrices, Freedom};
-use crate::shaft::error::{ShaftError, positive};
+use crate::shaft::error::ShaftError;
 use crate::shaft::modes::{Modes, orientation};
 use crate::shaft::projection;
 use crate::structure::{

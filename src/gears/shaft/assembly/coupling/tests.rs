@@ -1,4 +1,5 @@
 use super::*;
+use crate::gear::GearError;
 use crate::numerics::linalg::eigenvalues;
 use crate::shaft::modes::Modes;
 use crate::shaft::projection;
@@ -343,7 +344,7 @@ fn misuse_is_refused() {
     assert_eq!(assembly.add_dampers(node, Some(1), none), Err(missing));
     assert!(matches!(
         assembly.add_dampers(node, None, [[-1.0, 0.0], [0.0, 0.0]]),
-        Err(ShaftError::Negative { .. })
+        Err(ShaftError::Gear(GearError::Negative { .. }))
     ));
     assert!(matches!(
         assembly.add_cross_springs(node, None, [0.0, f64::NAN]),
