@@ -23,8 +23,6 @@ pub struct Events(pub Vec<Event>);
 impl Observer for Events {
     const WINDOWS: bool = false;
 
-    fn window(&mut self, _: &Window<'_>) {}
-
     fn event(&mut self, event: &Event) {
         self.0.push(*event);
     }
@@ -119,8 +117,6 @@ pub fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
             self.0 += 1;
             self.1.store(self.0 == 3, Ordering::Relaxed);
         }
-
-        fn event(&mut self, _: &Event) {}
     }
     let flag = AtomicBool::new(false);
     let never = AtomicBool::new(false);

@@ -8,7 +8,7 @@
 use crate::common;
 use common::advance::{advance_with, volterra};
 use gearatlas::manifest;
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 use std::path::Path;
 
 /// Mean transmission error as the other program defines it, without the error \[m\].
@@ -39,8 +39,6 @@ impl Observer for Means {
             self.force[closed.contact] += window.duration * closed.force[0];
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 #[test]

@@ -13,7 +13,7 @@ use common::advance::{advance, advance_with, volterra};
 use gearatlas::manifest;
 use gearatlas::model::{InitialState, Model, Segment};
 use gearatlas::numerics::legendre::{at_end, at_start};
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 use std::path::Path;
 
 /// Spur gears of 18 and 35 teeth that whine.
@@ -189,8 +189,6 @@ impl Observer for Jumps {
         let [least, most] = self.extremes.unwrap_or([f64::INFINITY, f64::NEG_INFINITY]);
         self.extremes = Some([least.min(start).min(end), most.max(start).max(end)]);
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// A drive that whines: its force is continuous with pairs and by default; the extremes are nearly those of the pairs.

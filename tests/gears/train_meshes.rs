@@ -7,7 +7,7 @@ use common::advance::{advance, advance_with, volterra};
 use gearatlas::analysis::{Nvh, Outputs, Signals};
 use gearatlas::manifest::{self, Job, PointSpec, StiffnessSpec};
 use gearatlas::model::{InitialState, Model, Quantity};
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 use std::path::Path;
 
 fn job(text: &str) -> Job {
@@ -59,8 +59,6 @@ impl Observer for Watched {
     fn window(&mut self, window: &Window<'_>) {
         self.0.window(window);
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// Mean force on every bearing of a model by its name, over some cycles of a settled motion.

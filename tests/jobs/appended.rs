@@ -9,7 +9,7 @@ use gearatlas::analysis::{Nvh, NvhOutcome};
 use gearatlas::model::{Model, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::numerics::statistics::{quantile, standard_error};
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 
 /// Time averages with their values in two records.
 fn averages<'a>(a: &'a NvhOutcome, b: &'a NvhOutcome) -> Vec<(&'static str, f64, f64)> {
@@ -214,8 +214,6 @@ impl Observer for Search {
             *force = force.max(evaluate(window.force, x).abs());
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 #[test]

@@ -7,7 +7,7 @@ use common::advance::{advance, advance_with, volterra};
 use common::default_drive::flexible;
 use gearatlas::analysis::{Outputs, Signals};
 use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Quantity};
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 use gearatlas::structure::{ModalStructure, OmittedModeForces};
 
 /// Number of degrees of freedom of the drive: sixteen nodes with six each on either shaft.
@@ -22,8 +22,6 @@ impl Observer for Watch {
     fn window(&mut self, window: &Window<'_>) {
         self.0.window(window);
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// The structure without the static share of omitted modes.

@@ -5,7 +5,7 @@
 
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::TrajectoryState;
-use gearatlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra, Window};
+use gearatlas::propagate::{Counters, Event, Kernel, Observer, Tangents, Volterra};
 use gearatlas::store::TableStore;
 use gearatlas::sweep::{CycleMap, MapConfig, MapImage, MapTangents, Prepared};
 use std::path::Path;
@@ -59,8 +59,6 @@ struct Log(Vec<Event>);
 
 impl Observer for Log {
     const WINDOWS: bool = false;
-
-    fn window(&mut self, _: &Window<'_>) {}
 
     fn event(&mut self, event: &Event) {
         self.0.push(*event);

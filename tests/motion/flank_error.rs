@@ -11,7 +11,7 @@ use gearatlas::gear::{Face, Flanks, LoadSharing, pairs_at};
 use gearatlas::manifest::{self, Job, StiffnessSpec};
 use gearatlas::model::{ActiveSet, InitialState, Model, TrajectoryState};
 use gearatlas::numerics::legendre::evaluate;
-use gearatlas::propagate::{ClosedModes, Event, InstructionSet, Observer, Window};
+use gearatlas::propagate::{ClosedModes, InstructionSet, Observer, Window};
 use gearatlas::reference::{Extended, Reference};
 use gearatlas::sweep::Prepared;
 use std::path::Path;
@@ -140,8 +140,6 @@ impl Observer for Seen {
             self.0.push(evaluate(window.deflection, x));
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// A drive in very slow rotation follows the loaded transmission error of its gears; without the error it follows the

@@ -142,8 +142,6 @@ impl Observer for Largest {
         let [low, high] = self.0;
         self.0 = [low.min(window.first[1]), high.max(window.first[1])];
     }
-
-    fn event(&mut self, _: &gearatlas::propagate::Event) {}
 }
 
 /// Area of the hysteresis loop `4 F (Δ − F/k)` of a motion of amplitude Δ, from the dissipated power of a settled
@@ -184,8 +182,6 @@ impl Observer for Loop {
         let force = window.closed.iter().map(|own| start(own.force)).sum();
         self.0.push([start(window.deflection), force]);
     }
-
-    fn event(&mut self, _: &gearatlas::propagate::Event) {}
 }
 
 /// Masing's rule: a branch after a reversal at Δ is the first loading curve f₀, twice as large:

@@ -12,7 +12,7 @@ use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::numerics::legendre::evaluate;
 use gearatlas::numerics::random::PointSeed;
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 use gearatlas::sweep::build::point_config;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -248,8 +248,6 @@ impl Observer for Sampled<'_> {
             }
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// Under rattle the loss is the work of the model's friction on the neutral rotation, window by window, including coast

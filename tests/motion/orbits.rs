@@ -239,7 +239,6 @@ fn deflection_at(model: &Model, deflection: f64, velocity: f64, phase: f64) -> f
                 }
             }
         }
-        fn event(&mut self, _: &gearatlas::propagate::Event) {}
     }
     let mut at = At {
         time: phase * model.period(),

@@ -10,7 +10,7 @@ use common::advance::{advance, advance_with, volterra};
 use gearatlas::analysis::{Nvh, NvhOutcome};
 use gearatlas::manifest::{self, FrictionSpec, Job, PointSpec, StructureSource};
 use gearatlas::model::{InitialState, Model};
-use gearatlas::propagate::{Event, Observer, Window};
+use gearatlas::propagate::{Observer, Window};
 use std::path::{Path, PathBuf};
 
 /// Forces of all flanks over time, and their friction along the relative rotation.
@@ -39,8 +39,6 @@ impl Observer for Rubbed<'_> {
             self.modulus += impulse.abs();
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// Results over some mesh cycles \[N\].

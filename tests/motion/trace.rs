@@ -7,7 +7,7 @@ use crate::common;
 use common::relative_difference;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{Model, TrajectoryState};
-use gearatlas::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
+use gearatlas::propagate::{Counters, Event, Kernel, Observer, Volterra};
 use gearatlas::reference::Reference;
 use gearatlas::store::{ResultTable, TableKind};
 use gearatlas::structure::ModalStructure;
@@ -106,8 +106,6 @@ struct Events(Vec<Event>);
 
 impl Observer for Events {
     const WINDOWS: bool = true;
-
-    fn window(&mut self, _: &Window<'_>) {}
 
     fn event(&mut self, event: &Event) {
         self.0.push(*event);

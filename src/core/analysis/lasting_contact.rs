@@ -17,7 +17,7 @@ use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::{evaluate, transforms24};
 use crate::numerics::linalg::{eigenpair, eigenvalues, solve};
-use crate::propagate::{Counters, Event, Kernel, Observer, Window};
+use crate::propagate::{Counters, Kernel, Observer, Window};
 use faer::Mat;
 
 /// Size of the displacement from the periodic motion that gives derivatives, in units of the norm.
@@ -333,8 +333,6 @@ impl Observer for MarginObserver<'_, '_> {
         }
         self.observed.windows.push(margins);
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// A lower bound of a series, refined by halving while it is below `known`.

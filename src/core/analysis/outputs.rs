@@ -374,7 +374,7 @@ mod tests {
     };
     use crate::numerics::legendre::{at_start, evaluate};
     use crate::numerics::quadrature::GaussLegendre;
-    use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
+    use crate::propagate::{Counters, Kernel, Observer, Volterra};
     use crate::structure::{
         BearingGain, ModalStructure, MotionKind, OmittedModeForces, PlaceMotion,
     };
@@ -479,8 +479,6 @@ mod tests {
                 }
             }
         }
-
-        fn event(&mut self, _: &Event) {}
     }
 
     #[test]
@@ -550,8 +548,6 @@ mod tests {
         fn window(&mut self, window: &Window<'_>) {
             (self.0)(window);
         }
-
-        fn event(&mut self, _: &Event) {}
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! How does an integration end within a cycle, soon after it is interrupted?
 
-use super::{Counters, Event, Kernel, Observer, PointTables, Stop, Tangents, Window};
+use super::{Counters, Kernel, Observer, PointTables, Stop, Tangents};
 use crate::model::TrajectoryState;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -44,37 +44,18 @@ impl<K: Kernel> Kernel for Interruptible<'_, K> {
         observer: &mut O,
         counters: &mut Counters,
     ) -> Result<(), Stop> {
-        let mut attentive = FlagObserver {
-            observer,
-            interrupt: self.interrupt,
-        };
+        let mut attentive = (observer, Flag(self.interrupt));
         (self.kernel).advance_cycle(trajectory, tangents, workspace, &mut attentive, counters)
     }
 }
 
-/// An observer that checks the flag.
-struct FlagObserver<'a, O> {
-    observer: &'a mut O,
-    interrupt: &'a AtomicBool,
-}
+/// An observer that only checks the flag.
+struct Flag<'a>(&'a AtomicBool);
 
-impl<O: Observer> Observer for FlagObserver<'_, O> {
-    const WINDOWS: bool = O::WINDOWS;
-    const LINES: bool = O::LINES;
-
-    fn states(&self) -> bool {
-        self.observer.states()
-    }
-
-    fn window(&mut self, window: &Window<'_>) {
-        self.observer.window(window);
-    }
-
-    fn event(&mut self, event: &Event) {
-        self.observer.event(event);
-    }
+impl Observer for Flag<'_> {
+    const WINDOWS: bool = false;
 
     fn is_interrupted(&self) -> bool {
-        self.interrupt.load(Ordering::Relaxed) || self.observer.is_interrupted()
+        self.0.load(Ordering::Relaxed)
     }
 }

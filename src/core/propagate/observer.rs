@@ -128,10 +128,10 @@ pub trait Observer {
     }
 
     /// Called after a window.
-    fn window(&mut self, window: &Window<'_>);
+    fn window(&mut self, _window: &Window<'_>) {}
 
     /// Called at an event.
-    fn event(&mut self, event: &Event);
+    fn event(&mut self, _event: &Event) {}
 
     /// Whether the integration ends here; called before every window.
     fn is_interrupted(&self) -> bool {
@@ -142,10 +142,6 @@ pub trait Observer {
 /// No observer.
 impl Observer for () {
     const WINDOWS: bool = false;
-
-    fn window(&mut self, _: &Window<'_>) {}
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// Two observers.

@@ -49,3 +49,35 @@ impl Tangents {
         &mut self.data[index * self.dimension..(index + 1) * self.dimension]
     }
 }
+
+/// Copies a trajectory's state and its tangents into columns of a length, with both halves padded to half of it. The
+/// padding stays as it is.
+pub(super) fn write_padded(columns: &mut [f64], length: usize, state: &[f64], tangents: &Tangents) {
+    let vectors = (0..tangents.count()).map(|i| tangents.vector(i));
+    for (to, from) in (columns.chunks_exact_mut(length)).zip([state].into_iter().chain(vectors)) {
+        let n = from.len() / 2;
+        to[..n].copy_from_slice(&from[..n]);
+        to[length / 2..][..n].copy_from_slice(&from[n..]);
+    }
+}
+
+/// Copies a trajectory's state and its tangents from such columns.
+pub(super) fn read_padded(
+    columns: &[f64],
+    length: usize,
+    state: &mut [f64],
+    tangents: &mut Tangents,
+) {
+    let mut columns = columns.chunks_exact(length);
+    let read = |to: &mut [f64], from: &[f64]| {
+        let n = to.len() / 2;
+        to[..n].copy_from_slice(&from[..n]);
+        to[n..].copy_from_slice(&from[length / 2..][..n]);
+    };
+    if let Some(first) = columns.next() {
+        read(state, first);
+    }
+    for (i, column) in columns.take(tangents.count()).enumerate() {
+        read(tangents.vector_mut(i), column);
+    }
+}

@@ -441,8 +441,6 @@ struct EventLog<'a>(&'a mut Vec<Event>);
 impl Observer for EventLog<'_> {
     const WINDOWS: bool = false;
 
-    fn window(&mut self, _: &Window<'_>) {}
-
     fn event(&mut self, event: &Event) {
         self.0.push(*event);
     }

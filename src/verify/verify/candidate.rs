@@ -13,7 +13,6 @@ use crate::model::{InitialState, Model, TrajectoryState};
 use crate::numerics::random::{PointSeed, Stream};
 use crate::propagate::{
     ClosedModes, Counters, Event, InstructionSet, Kernel, Observer, Stop, Tangents, Volterra,
-    Window,
 };
 use num_complex::Complex64;
 use std::sync::atomic::AtomicBool;
@@ -187,8 +186,6 @@ struct Events(Vec<Event>);
 
 impl Observer for Events {
     const WINDOWS: bool = false;
-
-    fn window(&mut self, _: &Window<'_>) {}
 
     fn event(&mut self, event: &Event) {
         self.0.push(*event);

@@ -12,7 +12,7 @@ use super::touches::TouchObserver;
 use crate::analysis::modal_series::Series;
 use crate::model::{DRIVE_FLANK, InitialState};
 use crate::numerics::legendre::evaluate;
-use crate::propagate::{Event, Observer, Window};
+use crate::propagate::{Observer, Window};
 
 /// The onset of rattle at a value of the other parameter.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,8 +50,6 @@ impl Observer for Depths<'_> {
         self.windows
             .push((start, window.duration / self.period, depth));
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 /// The onset at `at`, with its entry `load` replaced. `None` if the drive does not stay in contact under any load

@@ -302,8 +302,6 @@ mod tests {
             let depth = self.watch.depth(self.contact, window);
             self.seen.push([-1.0, 1.0].map(|x| evaluate(&depth, x)));
         }
-
-        fn event(&mut self, _: &Event) {}
     }
 
     /// The depths of two contacts agree with the states. One contact is a distant end stop, with an error, on a line

@@ -18,7 +18,7 @@ use super::lyapunov::random_direction;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
-use crate::propagate::{Counters, Event, Kernel, Observer, Stop, Tangents, Window};
+use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents, Window};
 use measure::{Crossing, decay, ladder, mean_logarithms, spread};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
@@ -339,6 +339,4 @@ impl Observer for CycleMeans<'_> {
             self.sums[2] += window.duration * side * first(closed.force);
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }

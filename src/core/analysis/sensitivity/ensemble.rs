@@ -12,7 +12,7 @@ use crate::analysis::modal_series::{integral, padded};
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::legendre::evaluate;
 use crate::numerics::legendre::transforms24;
-use crate::propagate::{Counters, Event, Kernel, Observer, Window};
+use crate::propagate::{Counters, Kernel, Observer, Window};
 use std::sync::atomic::AtomicBool;
 
 /// Averages of a stretch of motion: mean and RMS of the deflection \[m\], mean of the mesh force \[N\] and of
@@ -156,6 +156,4 @@ impl Observer for Averages {
             *sum += value;
         }
     }
-
-    fn event(&mut self, _: &Event) {}
 }

@@ -209,13 +209,7 @@ impl FoundBasis {
             mut stiffness,
         } = Modes::of(model);
         for (_, class) in sets.closed(set) {
-            let gains = &model.directions[class.direction].gains;
-            let rows: Vec<[f64; 2]> = gains.iter().map(|gain| gain.deflection).collect();
-            let inputs: Vec<[f64; 2]> = gains.iter().map(|gain| gain.mesh_input).collect();
-            let (w, g) = (
-                model.basis.displacement_gains(&rows),
-                model.basis.force(&inputs),
-            );
+            let [w, g] = model.participations(class.direction);
             for i in 0..n {
                 for j in 0..n {
                     let product = g[i] * w[j];

@@ -271,8 +271,6 @@ impl Observer for Start {
     fn window(&mut self, window: &Window<'_>) {
         (self.state).get_or_insert_with(|| [window.first, window.second].concat());
     }
-
-    fn event(&mut self, _: &Event) {}
 }
 
 #[test]

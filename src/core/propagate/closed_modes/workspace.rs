@@ -6,6 +6,7 @@ use super::search::MarginBounds;
 use super::sets::CycleBreakpoint;
 use crate::model::{ActiveSet, Contact, Segment, TrajectoryState};
 use crate::propagate::events::Margin;
+use crate::propagate::tangents::{read_padded, write_padded};
 use crate::propagate::vectors::{Aligned, Lanes};
 use crate::propagate::{Stop, TableError, Tangents};
 
@@ -144,25 +145,12 @@ impl Workspace {
         // The padding of a state stays zero.
         self.states.set_length(needed);
         self.spare.set_length(needed);
-        let mut columns = self.states.chunks_exact_mut(self.length);
-        if let Some(first) = columns.next() {
-            pad(state, first);
-        }
-        for (i, column) in columns.enumerate() {
-            pad(tangents.vector(i), column);
-        }
+        write_padded(&mut self.states, self.length, state, tangents);
     }
 
     /// Copies the modal states back.
     pub fn take(&self, trajectory: &mut TrajectoryState, tangents: &mut Tangents) {
-        let length = self.length;
-        let mut states = self.states.chunks_exact(length);
-        if let Some(first) = states.next() {
-            unpad(first, &mut trajectory.state);
-        }
-        for (i, state) in states.enumerate() {
-            unpad(state, tangents.vector_mut(i));
-        }
+        read_padded(&self.states, self.length, &mut trajectory.state, tangents);
     }
 
     /// The trajectory's modal state at the start of a window, first and second components.
@@ -230,16 +218,4 @@ impl CyclePosition {
             error,
         }
     }
-}
-
-fn pad(from: &[f64], to: &mut [f64]) {
-    let (n, padded) = (from.len() / 2, to.len() / 2);
-    to[..n].copy_from_slice(&from[..n]);
-    to[padded..padded + n].copy_from_slice(&from[n..]);
-}
-
-fn unpad(from: &[f64], to: &mut [f64]) {
-    let (n, padded) = (to.len() / 2, from.len() / 2);
-    to[..n].copy_from_slice(&from[..n]);
-    to[n..].copy_from_slice(&from[padded..padded + n]);
 }

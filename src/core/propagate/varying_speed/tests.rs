@@ -4,7 +4,7 @@ use super::*;
 use crate::model::{
     Drive, DriveShaft, ImposedMotion, InitialState, OperatingPoint, Release, fixtures,
 };
-use crate::propagate::{Counters, Event, Kernel, Observer, Volterra, Window};
+use crate::propagate::{Counters, Event, Kernel, Observer, Volterra};
 use crate::structure::Coupling;
 
 /// Phases of events with the closed contacts after them, and the mesh period.
@@ -12,8 +12,6 @@ struct Events(Vec<(f64, ActiveSet)>, f64);
 
 impl Observer for Events {
     const WINDOWS: bool = false;
-
-    fn window(&mut self, _: &Window<'_>) {}
 
     fn event(&mut self, event: &Event) {
         self.0

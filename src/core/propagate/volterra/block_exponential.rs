@@ -63,19 +63,10 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 }
 
 /// Series of the scalar responses of δ and δ' to an impulse of some input.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Kernels {
     pub deflection: [f64; KERNEL_TERMS],
     pub rate: [f64; KERNEL_TERMS],
-}
-
-impl Default for Kernels {
-    fn default() -> Self {
-        Self {
-            deflection: [0.0; KERNEL_TERMS],
-            rate: [0.0; KERNEL_TERMS],
-        }
-    }
 }
 
 impl Kernels {

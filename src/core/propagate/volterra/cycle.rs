@@ -406,7 +406,7 @@ impl Volterra<'_> {
             self.show(view, workspace, observer);
         }
         counters.tangent_windows += workspace.tangents() as u64;
-        let (columns, forces, inputs, _) = workspace.moving(active.touching());
+        let (columns, forces, inputs, ..) = workspace.cutting(active.touching());
         let inputs = &inputs[..self.tables.layout.acting];
         lanes::advance(self.instructions, &table.moves, forces, inputs, columns);
         match (&mut position.aligned, track) {

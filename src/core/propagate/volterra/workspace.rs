@@ -8,6 +8,7 @@ use super::tables::VolterraTables;
 use super::varying::Factors;
 use crate::model::{MeshGain, Model, Segment, TrajectoryState};
 use crate::propagate::Tangents;
+use crate::propagate::tangents::{read_padded, write_padded};
 
 /// Scratch memory of the structured kernel.
 #[derive(Debug)]
@@ -78,17 +79,6 @@ impl Workspace {
             &self.factors,
             &mut self.forces[..self.count],
             &mut self.solutions[0],
-        )
-    }
-
-    /// Data for the move over a window: all columns, with their forces if `touching`.
-    pub fn moving(&mut self, touching: bool) -> (&mut [f64], &mut [Row], &[f64], &mut Cut) {
-        let forces = if touching { self.count } else { 0 };
-        (
-            &mut self.columns[..self.count * self.length],
-            &mut self.forces[..forces],
-            &self.inputs,
-            &mut self.cut,
         )
     }
 
@@ -170,35 +160,11 @@ impl Workspace {
             self.forces.resize(self.count, Row::ZERO);
             self.columns.resize(self.count * self.length, 0.0);
         }
-        let (length, padded) = (self.length, self.length / 2);
-        let pad = |from: &[f64], to: &mut [f64]| {
-            let n = from.len() / 2;
-            to[..n].copy_from_slice(&from[..n]);
-            to[padded..padded + n].copy_from_slice(&from[n..]);
-        };
-        let mut columns = self.columns.chunks_exact_mut(length);
-        if let Some(first) = columns.next() {
-            pad(&trajectory.state, first);
-        }
-        for (i, column) in columns.take(tangents.count()).enumerate() {
-            pad(tangents.vector(i), column);
-        }
+        write_padded(&mut self.columns, self.length, &trajectory.state, tangents);
     }
 
     /// Copies trajectory and tangents back.
     pub fn store(&self, trajectory: &mut TrajectoryState, tangents: &mut Tangents) {
-        let padded = self.length / 2;
-        let unpad = |from: &[f64], to: &mut [f64]| {
-            let n = to.len() / 2;
-            to[..n].copy_from_slice(&from[..n]);
-            to[n..].copy_from_slice(&from[padded..padded + n]);
-        };
-        let mut columns = self.columns.chunks_exact(self.length);
-        if let Some(first) = columns.next() {
-            unpad(first, &mut trajectory.state);
-        }
-        for (i, column) in columns.take(tangents.count()).enumerate() {
-            unpad(column, tangents.vector_mut(i));
-        }
+        read_padded(&self.columns, self.length, &mut trajectory.state, tangents);
     }
 }

@@ -99,10 +99,7 @@ impl Batch {
 
     /// The free lane of a point: its last one, if this is free.
     fn free(&self, tables: &Arc<PointTables>) -> Option<usize> {
-        let is_last = |lane: &usize| {
-            let last = self.points[*lane].as_ref();
-            last.is_some_and(|last| Arc::ptr_eq(last, tables))
-        };
+        let is_last = |lane: &usize| is_of(&self.points[*lane], tables);
         let mut free = (0..LANES).filter(|lane| self.lanes[*lane].is_none());
         free.clone().find(is_last).or_else(|| free.next())
     }
@@ -133,13 +130,9 @@ impl Batch {
                 to.0[index] = if i < count { task.tangents.vector(i)[j] } else { 0.0 };
             }
         }
-        let point = &mut self.points[index];
-        if !point
-            .as_ref()
-            .is_some_and(|point| Arc::ptr_eq(point, tables))
-        {
+        if !is_of(&self.points[index], tables) {
             numbers.load(index, tables);
-            *point = Some(tables.clone());
+            self.points[index] = Some(tables.clone());
         }
         let active = task.trajectory.contact;
         let mut lane = Lane {
@@ -195,6 +188,11 @@ impl Batch {
         }
         self.changed = changed;
     }
+}
+
+/// Whether the last point of a lane has these tables.
+fn is_of(last: &Option<Arc<PointTables>>, tables: &Arc<PointTables>) -> bool {
+    (last.as_ref()).is_some_and(|last| Arc::ptr_eq(last, tables))
 }
 
 /// The lanes of a mask.

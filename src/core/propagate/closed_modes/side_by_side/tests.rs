@@ -45,8 +45,6 @@ struct Events(Vec<Event>);
 impl Observer for Events {
     const WINDOWS: bool = false;
 
-    fn window(&mut self, _: &crate::propagate::Window<'_>) {}
-
     fn event(&mut self, event: &Event) {
         self.0.push(*event);
     }

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used)]
 use super::*;
 use crate::model::{Drive, Model, OperatingPoint, TrajectoryState};
-use crate::propagate::{Kernel, Tangents, Window};
+use crate::propagate::{Kernel, Tangents};
 use crate::structure::{ContactLaw, HarmonicLoad, MeshHarmonic, ModalStructure, StructureContact};
 use std::f64::consts::TAU;
 
@@ -14,8 +14,6 @@ struct Events(Vec<Event>);
 
 impl Observer for Events {
     const WINDOWS: bool = false;
-
-    fn window(&mut self, _: &Window<'_>) {}
 
     fn event(&mut self, event: &Event) {
         self.0.push(*event);
