@@ -2,6 +2,7 @@
 //! refusals.
 
 use crate::common;
+use crate::train_meshes::bearing_means;
 use crate::trains::off_extended;
 use common::advance::{Events, advance, advance_with, disturbed, follows_volterra, volterra};
 use gearatlas::analysis::{EnergyAudit, Frequencies, Nvh};
@@ -824,6 +825,38 @@ fn bearings_hold_what_flies_outwards() {
         assert!(
             (found.abs() - (part * pull * more).abs()).abs() < 1e-3 * pull,
             "{place}: {found}"
+        );
+    }
+}
+
+/// A planet is in equilibrium: the bearing on its pin carries what sun and ring push along, also if the pin is out of
+/// place.
+#[test]
+fn the_bearing_of_a_planet_carries_its_flanks() {
+    for error in [0.0, 5e-6, 20e-6] {
+        let set = Set {
+            more: format!("pin_errors = [{error:e}, 0, 0]"),
+            ..Set::lin_parker(3)
+        };
+        let model = set.model();
+        let kernel = volterra(&model);
+        let start = advance(&kernel, &model.start(&InitialState::Static), 3000);
+        let mut nvh = Nvh::new(&model, 0);
+        advance_with(&kernel, &start, 40, &mut nvh);
+        let forces = nvh.outcome().unwrap().values.contact_force;
+        let mesh = |mesh: usize| forces[2 * mesh] - forces[2 * mesh + 1];
+        let tangential = (mesh(0) + mesh(3)) * set.pressure_angle.to_radians().cos();
+        let means = bearing_means(&model, [3000, 40]);
+        let found = means
+            .iter()
+            .find(|(name, _)| name == "planet 1 y")
+            .unwrap()
+            .1
+            .abs();
+        println!("{error}: {found} {tangential}");
+        assert!(
+            (found - tangential).abs() < 1e-3 * tangential,
+            "{error}: {found} {tangential}"
         );
     }
 }

@@ -62,7 +62,7 @@ impl Observer for Watched {
 }
 
 /// Mean force on every bearing of a model by its name, over some cycles of a settled motion.
-fn bearing_means(model: &Model, [lead, cycles]: [u64; 2]) -> Vec<(String, f64)> {
+pub(crate) fn bearing_means(model: &Model, [lead, cycles]: [u64; 2]) -> Vec<(String, f64)> {
     let kernel = volterra(model);
     let start = advance(&kernel, &model.start(&InitialState::Static), lead);
     let asked = Signals {

@@ -15,7 +15,8 @@ pub struct OmittedModeForces {
     pub torque: f64,
     /// Per unit torque on the pinion's and on the wheel's shaft \[1/m\].
     pub shaft_torques: [f64; 2],
-    /// Under [`ModalStructure::constant_load`](super::ModalStructure::constant_load) \[N\].
+    /// Under [`ModalStructure::constant_load`](super::ModalStructure::constant_load) \[N\], with the force of springs whose
+    /// bases are out of place.
     pub constant_load: f64,
     /// Under [`ModalStructure::load_by_speed`](super::ModalStructure::load_by_speed), per unit speed \[N
     /// s/rad\].

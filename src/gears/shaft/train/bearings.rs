@@ -160,7 +160,6 @@ impl TrainDrive {
         assembled: &Assembled,
     ) -> Result<Vec<OneSidedSupport>, ShaftError> {
         let mut all = Vec::new();
-        let first_planet = assembled.supports.len() - self.planets().count();
         for (number, (_, support)) in assembled.supports.iter().enumerate() {
             let Some(rolling) = support.stiffness.rolling else {
                 continue;
@@ -174,9 +173,7 @@ impl TrainDrive {
                 .collect();
             let law = rolling.law()?;
             let mut place = Ring::default();
-            if number >= first_planet {
-                [place[0], place[1]] = self.pin_place(number - first_planet, layout);
-            }
+            [place[0], place[1]] = self.base_place(number, layout, assembled);
             // Rigid mounts carry any load.
             if rows.iter().flatten().any(|&part| part != 0.0) {
                 all.push(OneSidedSupport {

@@ -13,17 +13,20 @@ pub(super) struct BearingTerms {
     /// Coefficients of displacements \[N/m\] and of velocities \[N s/m\].
     springs: Vec<f64>,
     dampers: Vec<f64>,
+    /// Force without displacements \[N\].
+    at_zero: f64,
 }
 
 impl BearingTerms {
     /// Forces of all bearings that the assembly can load, springs and dampers, with names: along the line of
-    /// centres, across it, axially.
-    pub fn of_supports(
+    /// centres, across it, axially. Each support comes with the displacement of its base from the nominal position, in x
+    /// and y \[m\].
+    pub fn of_supports<'a>(
         matrices: &AssembledMatrices,
-        supports: impl Iterator<Item = (String, Support)>,
+        supports: impl Iterator<Item = (&'a (String, Support), [f64; 2])>,
     ) -> Vec<Self> {
         let mut all = Vec::new();
-        for (name, support) in supports {
+        for ((name, support), base_place) in supports {
             let [damper_x, damper_y] = support.stiffness.damping;
             let plane = |[x, y]: [f64; 2]| vec![(Freedom::X, x), (Freedom::Y, y)];
             for (direction, freedom, dampers) in [
@@ -32,6 +35,13 @@ impl BearingTerms {
                 ("axial", Freedom::Z, Vec::new()),
             ] {
                 let springs = support.row(freedom);
+                let at_zero = -(springs.iter())
+                    .map(|&(along, value)| match along {
+                        Freedom::X => value * base_place[0],
+                        Freedom::Y => value * base_place[1],
+                        _ => 0.0,
+                    })
+                    .sum::<f64>();
                 let [springs, dampers] = [springs, dampers].map(|parts| {
                     let terms: Vec<_> = (parts.into_iter())
                         .filter(|&(_, value)| value != 0.0)
@@ -48,6 +58,7 @@ impl BearingTerms {
                         name: format!("{name} {direction}"),
                         springs,
                         dampers,
+                        at_zero,
                     });
                 }
             }
@@ -95,7 +106,10 @@ impl BearingTerms {
                     } else {
                         Vec::new()
                     },
-                    left_out: OmittedModeForces::default(),
+                    left_out: OmittedModeForces {
+                        constant_load: support.at_zero,
+                        ..OmittedModeForces::default()
+                    },
                 }
             })
             .collect()

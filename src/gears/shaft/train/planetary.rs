@@ -279,9 +279,16 @@ impl TrainDrive {
             .collect()
     }
 
-    /// Displacement of a planet's pin from its nominal position, in x and y \[m\].
-    pub(super) fn pin_place(&self, index: usize, layout: &Layout) -> [f64; 2] {
-        let Some((number, set, planet)) = self.planets().nth(index) else {
+    /// Displacement of the base of a support from its nominal position, in x and y \[m\]: that of a planet's pin.
+    pub(super) fn base_place(
+        &self,
+        support: usize,
+        layout: &Layout,
+        assembled: &Assembled,
+    ) -> [f64; 2] {
+        let first_planet = assembled.supports.len() - self.planets().count();
+        let planet = support.checked_sub(first_planet);
+        let Some((number, set, planet)) = planet.and_then(|index| self.planets().nth(index)) else {
             return [0.0; 2];
         };
         let [x, y] = arm_vector(&layout.axes, set, planet.shaft);
@@ -292,9 +299,8 @@ impl TrainDrive {
     /// Bearing forces of planets whose pins are out of place, on planets and carrier.
     pub(super) fn pin_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         let mut forces = Terms::new();
-        let bearings = assembled.supports.len() - self.planets().count();
-        for (number, (_, support)) in assembled.supports[bearings..].iter().enumerate() {
-            let place = self.pin_place(number, layout);
+        for (number, (_, support)) in assembled.supports.iter().enumerate() {
+            let place = self.base_place(number, layout, assembled);
             for (freedom, moved) in [Freedom::X, Freedom::Y].into_iter().zip(place) {
                 // Rolling contacts are symmetric, and bearings of planets have no cross-coupled springs.
                 for (along, stiffness) in support.row(freedom) {

@@ -64,7 +64,10 @@ impl TrainDrive {
             .map_err(|error| self.name_unsupported(error, &matrices, &assembled))?;
         let mut damping = self.modal_damping(modes, rigid)?;
         let neutral = self.neutral(&layout, &assembled, (&matrices, &solution), rigid);
-        let bearings = BearingTerms::of_supports(&matrices, assembled.supports.iter().cloned());
+        let supports = assembled.supports.iter().enumerate();
+        let supports = supports
+            .map(|(number, support)| (support, self.base_place(number, &layout, &assembled)));
+        let bearings = BearingTerms::of_supports(&matrices, supports);
         let with_shapes = BearingTerms::with_shapes(&bearings, &matrices, &solution)?;
         damping.resize(with_shapes.squared_frequency.len(), 0.0);
         let mut solved = Solved {
