@@ -313,8 +313,13 @@ fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair 
             turn = largest.conj() / largest.norm();
         }
     }
-    let turned: Vec<Complex64> = (0..n).map(|i| turn * vector[(i, 0)]).collect();
     let imaginary = |part: f64| if real { 0.0 } else { part };
+    let mut turned: Vec<Complex64> = (0..n).map(|i| turn * vector[(i, 0)]).collect();
+    if real {
+        // Of a multiple eigenvalue, the imaginary part is a vector of its own.
+        let length = turned.iter().map(|z| z.re * z.re).sum::<f64>().sqrt();
+        turned.iter_mut().for_each(|z| *z /= length);
+    }
     EigenPair {
         value: c64(value.re, imaginary(value.im)),
         vector: [
@@ -402,6 +407,21 @@ mod tests {
                     let off = c64(dot(&row, re), dot(&row, im)) - value * c64(re[i], im[i]);
                     assert!(off.norm() < 1e-12);
                 }
+            }
+        }
+    }
+
+    /// Every vector belongs to a multiple eigenvalue. The found one is real and has unit length all the same.
+    #[test]
+    fn the_vector_of_a_multiple_eigenvalue_has_unit_length() {
+        for n in [2, 3] {
+            let a = Mat::from_fn(n, n, |i, j| if i == j { -0.85 } else { 0.0 });
+            for off in [1e-12, 1e-9] {
+                let near = Complex64::from(-0.85 + off);
+                let [re, im] = eigenpair(a.as_ref(), near).unwrap().vector;
+                let length = re.iter().map(|x| x * x).sum::<f64>().sqrt();
+                assert!((length - 1.0).abs() < 1e-14, "{n} {off}: {length}");
+                assert!(im.iter().all(|x| *x == 0.0));
             }
         }
     }
