@@ -12,8 +12,8 @@ impl Model {
         self.contacts[DRIVE_FLANK].half_gap < OUT_OF_REACH * self.half_gap
     }
 
-    /// Scale of deflections along a line \[m\]: the largest gap of its contacts, or the half gap of the mesh
-    /// if these contacts have no gap or are out of reach.
+    /// Scale of deflections along a line \[m\]: the largest gap of its contacts, or the half gap of the model if that is
+    /// larger or these contacts are out of reach. Motion may be much larger than a small gap.
     pub fn gap_on(&self, line: usize) -> f64 {
         let on_line = |contact: &&Contact| {
             let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
@@ -21,8 +21,9 @@ impl Model {
         };
         let there = |contact: &&Contact| contact.half_gap < OUT_OF_REACH * self.half_gap;
         let gaps = self.contacts.iter().filter(on_line).filter(there);
-        let largest = gaps.fold(0.0, |most: f64, contact| most.max(contact.half_gap.abs()));
-        if largest > 0.0 { largest } else { self.half_gap }
+        gaps.fold(self.half_gap, |most, contact| {
+            most.max(contact.half_gap.abs())
+        })
     }
 
     /// The segment of every contact at a time \[s\] within a mesh cycle.

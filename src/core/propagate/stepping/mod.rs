@@ -447,8 +447,8 @@ impl Stepping {
         for (at_end, table) in end.iter().zip(&self.contacts) {
             let reach = at_end.deflection.abs() + at_end.rate.abs() * self.step;
             let gap = table.contact.half_gap.abs();
-            let there = gap > 0.0 && gap < OUT_OF_REACH * self.half_gap;
-            let unit = if there { gap } else { self.half_gap };
+            let there = gap < OUT_OF_REACH * self.half_gap;
+            let unit = if there { gap.max(self.half_gap) } else { self.half_gap };
             if reach.is_nan() || reach > Self::FARTHEST * unit {
                 return Err(Stop::Diverged { cycle });
             }
