@@ -143,7 +143,8 @@ fn read(root: &Section) -> Option<ModalStructure> {
 
 /// The tables `[[bearing]]`; empty if there are none.
 fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
-    equal_names(&root.tables("bearing")?, root.issues);
+    let remedy = "give every [[bearing]] a different name, such as \"pinion 1 x\"";
+    equal_names(&root.tables("bearing")?, "bearing forces", remedy);
     root.each("bearing", |table| {
         all_of!(BearingGain {
             name: table.text("name").map(str::to_owned),
@@ -154,20 +155,19 @@ fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
     })
 }
 
-/// Results name forces of bearings by these names, so equal names would be ambiguous.
-fn equal_names(tables: &[Section], issues: &Issues) {
+/// Reports tables with the name of an earlier one: results and keys refer to tables by their names.
+fn equal_names(tables: &[Section], what: &str, remedy: &str) {
     let mut known = HashSet::new();
     for table in tables {
         let Some(Value::Text(name)) = table.entry("name").map(|entry| &entry.node.value) else {
             continue;
         };
         if !known.insert(name) {
-            let message = format!("two bearing forces have the name `{name}`");
             table
-                .inconsistent("name", message)
+                .inconsistent("name", format!("two {what} have the name `{name}`"))
                 .label("second time")
-                .remedy("give every [[bearing]] a different name, such as \"pinion 1 x\"")
-                .report(issues);
+                .remedy(remedy)
+                .report(table.issues);
         }
     }
 }

@@ -1,12 +1,11 @@
 //! The tables `[[contact]]`, `[[slider]]` and `[[dry_friction]]` of a modal file: contacts besides the two flanks.
 
-use super::{column, optional};
+use super::{column, equal_names, optional};
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::sections::contact_law;
 use crate::model::MOST_CONTACTS;
 use crate::structure::{FrictionLaw, SliderPart, StructureContact};
-use std::collections::HashSet;
 
 /// Largest number of contacts besides the two flanks.
 const MOST_FURTHER_CONTACTS: usize = MOST_CONTACTS - 2;
@@ -32,23 +31,20 @@ pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<Structure
             .fail(root.issues);
     }
     let mut all: Vec<Option<StructureContact>> = Vec::new();
-    let mut names = HashSet::new();
+    for (tables, what, key) in [
+        (&tables, "contacts", "contact.NAME.gap"),
+        (&sliders, "sliders", "slider.NAME.limit"),
+        (
+            &frictions,
+            "elements of dry friction",
+            "dry_friction.NAME.force",
+        ),
+    ] {
+        let remedy = format!("give each table its own name: keys such as {key} refer to it");
+        equal_names(tables, what, &remedy);
+    }
     for table in &tables {
-        let contact = contact(table, modes);
-        if let Some((spring, _)) = &contact
-            && !names.insert(spring.name.clone())
-        {
-            return table
-                .fault(
-                    DiagnosticKind::Inconsistent,
-                    "name",
-                    format!("two contacts have the name `{}`", spring.name),
-                )
-                .label("the second one")
-                .remedy("give each contact its own name: keys such as contact.NAME.gap refer to it")
-                .fail(root.issues);
-        }
-        match contact {
+        match contact(table, modes) {
             Some((spring, Some(restitution))) => all.extend(spring.rigid(restitution).map(Some)),
             found => all.push(found.map(|(spring, _)| spring)),
         }

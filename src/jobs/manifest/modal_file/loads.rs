@@ -1,7 +1,7 @@
 //! The tables `[[harmonic_load]]` of a modal file: loads that vary with time at any frequency.
 
-use super::column;
-use crate::manifest::reader::Section;
+use super::{column, equal_names};
+use crate::manifest::reader::{Section, all_or_none};
 use crate::structure::HarmonicLoad;
 
 /// The loads; empty if there are none. `teeth` are those of the pinion.
@@ -10,7 +10,11 @@ pub(super) fn read(
     modes: Option<usize>,
     teeth: Option<u32>,
 ) -> Option<Vec<HarmonicLoad>> {
-    root.each("harmonic_load", |table| {
+    let tables = root.tables("harmonic_load")?;
+    let remedy =
+        "give each table its own name: keys such as harmonic_load.NAME.amplitude refer to it";
+    equal_names(&tables, "harmonic loads", remedy);
+    let loads = tables.iter().map(|table| {
         let name = table.text("name");
         let force = column(table, "force", modes);
         let amplitude = table.quantity("amplitude");
@@ -26,7 +30,8 @@ pub(super) fn read(
             },
             phase: phase?,
         })
-    })
+    });
+    all_or_none(loads)
 }
 
 /// Frequency of a load.
