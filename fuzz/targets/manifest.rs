@@ -107,7 +107,7 @@ fn refused(errors: &ManifestErrors) {
         right(text.is_some(), || format!("no text at {span:?}"));
         right(!fault.message.is_empty(), || "a fault without words".into());
     }
-    shows(&errors.render());
+    shows(&errors.render(false));
 }
 
 fn shows(words: &str) {

@@ -28,7 +28,7 @@ pub fn refused(py: Python<'_>, sentence: &str) -> PyErr {
 
 /// `gearatlas.ManifestError` with the text of the command line, and the parts of every fault.
 pub fn faulty(py: Python<'_>, errors: &ManifestErrors) -> PyErr {
-    let text = format!("{}{}", errors.render(), errors.summary());
+    let text = format!("{}{}", errors.render(false), errors.summary());
     match faults(py, &errors.sources, errors.errors()) {
         Ok(faults) => raise(py, "ManifestError", (text, faults, errors.count())),
         Err(error) => error,

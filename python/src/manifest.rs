@@ -153,7 +153,7 @@ impl Manifest {
 
     /// The warnings as on the command line; empty if there are none.
     fn warned(&self) -> String {
-        self.job.warnings.render()
+        self.job.warnings.render(false)
     }
 
     #[getter]

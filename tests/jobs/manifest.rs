@@ -942,9 +942,9 @@ fn all_faults_of_a_file_come_at_once_in_its_order() {
 #[test]
 fn colours_are_asked_for() {
     let errors = parse("").unwrap_err();
-    assert!(!errors.render().contains('\u{1b}'));
-    assert!(errors.render_coloured().contains('\u{1b}'));
-    assert_eq!(errors.to_string(), errors.render());
+    assert!(!errors.render(false).contains('\u{1b}'));
+    assert!(errors.render(true).contains('\u{1b}'));
+    assert_eq!(errors.to_string(), errors.render(false));
 }
 
 #[test]
@@ -1003,7 +1003,7 @@ mod no_panic {
         fn whatever_the_text(pieces in proptest::collection::vec(0..PIECES.len(), 0..24)) {
             let text: String = pieces.iter().map(|&i| PIECES[i]).collect();
             let errors = parse(&text).unwrap_err();
-            prop_assert!(!errors.render().is_empty());
+            prop_assert!(!errors.render(false).is_empty());
             for d in &errors.diagnostics {
                 prop_assert!(d.line >= 1 && d.column >= 1);
             }
@@ -1015,10 +1015,10 @@ mod no_panic {
             if MODAL.is_char_boundary(cut) {
                 let text = format!("{}{insert}{}", &MODAL[..cut], &MODAL[cut..]);
                 if let Err(errors) = parse(&text) {
-                    prop_assert!(!errors.render().is_empty());
+                    prop_assert!(!errors.render(false).is_empty());
                 }
                 if let Err(errors) = parse(&MODAL[..cut]) {
-                    prop_assert!(!errors.render().is_empty());
+                    prop_assert!(!errors.render(false).is_empty());
                 }
             }
         }

@@ -69,7 +69,7 @@ impl ManifestArgs {
 
 /// Shows the errors of a manifest on standard error, in colour on a terminal.
 pub fn report(errors: &ManifestErrors) {
-    let text = if colour() { errors.render_coloured() } else { errors.render() };
+    let text = errors.render(colour());
     print_line(&format!("{text}{}\n", errors.summary()));
 }
 
@@ -78,7 +78,7 @@ pub fn warn(warnings: &Warnings) {
     if warnings.is_empty() {
         return;
     }
-    let text = if colour() { warnings.render_coloured() } else { warnings.render() };
+    let text = warnings.render(colour());
     print_line(&format!("{text}{}\n", warnings.summary()));
 }
 

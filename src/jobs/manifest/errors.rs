@@ -6,13 +6,14 @@ use crate::input::printable;
 use codespan_reporting::diagnostic as codespan;
 use codespan_reporting::term;
 use std::borrow::Cow;
-use std::fmt::{self, Write};
+use std::fmt::Write;
 
 /// Number of faults in the readable text; programs get all that were kept.
 const MOST_SHOWN: usize = 20;
 
 /// All faults of a job, with at least one error.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{}", self.render(false))]
 pub struct ManifestErrors {
     /// The files of the faults; the manifest first.
     pub sources: Vec<Source>,
@@ -51,18 +52,9 @@ impl ManifestErrors {
         format!("{name}: {count}; nothing was computed or written")
     }
 
-    /// The first faults as readable text without colour, and the number of further ones.
-    pub fn render(&self) -> String {
-        self.render_by(plain)
-    }
-
-    /// As [`Self::render`], with ANSI colours for a terminal.
-    pub fn render_coloured(&self) -> String {
-        self.render_by(coloured)
-    }
-
-    fn render_by(&self, emit: Emit) -> String {
-        render(&self.sources, &self.diagnostics, self.more, emit)
+    /// The first faults as readable text, with ANSI colours for a terminal or without, and the number of further ones.
+    pub fn render(&self, coloured: bool) -> String {
+        render(&self.sources, &self.diagnostics, self.more, coloured)
     }
 }
 
@@ -103,13 +95,8 @@ impl Warnings {
         format!("{}: {count}", name(&self.sources))
     }
 
-    /// The first warnings as readable text without colour, and the number of further ones.
-    pub fn render(&self) -> String {
-        render(&self.sources, &self.diagnostics, 0, plain)
-    }
-
-    /// As [`Self::render`], with ANSI colours for a terminal.
-    pub fn render_coloured(&self) -> String {
+    /// The first warnings as readable text, with ANSI colours for a terminal or without, and the number of further ones.
+    pub fn render(&self, coloured: bool) -> String {
         render(&self.sources, &self.diagnostics, 0, coloured)
     }
 }
@@ -134,33 +121,9 @@ fn take_sorted(issues: &Issues) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// Writes a fault with its line of the file.
-type Emit = fn(
-    &Excerpt,
-    &codespan::Diagnostic<()>,
-    &mut Vec<u8>,
-) -> Result<(), codespan_reporting::files::Error>;
-
-fn plain(
-    excerpt: &Excerpt,
-    shown: &codespan::Diagnostic<()>,
-    out: &mut Vec<u8>,
-) -> Result<(), codespan_reporting::files::Error> {
-    term::emit_to_io_write(out, &term::Config::default(), excerpt, shown)
-}
-
-fn coloured(
-    excerpt: &Excerpt,
-    shown: &codespan::Diagnostic<()>,
-    out: &mut Vec<u8>,
-) -> Result<(), codespan_reporting::files::Error> {
-    let styles = term::Styles::default();
-    let mut writer = term::StylesWriter::new(term::termcolor::Ansi::new(out), &styles);
-    term::emit_to_write_style(&mut writer, &term::Config::default(), excerpt, shown)
-}
-
 /// The first faults as text, and the number of further ones, `more` of which were not kept.
-fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, emit: Emit) -> String {
+fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, coloured: bool) -> String {
+    let (config, styles) = (term::Config::default(), term::Styles::default());
     let mut text = Vec::new();
     for diagnostic in diagnostics.iter().take(MOST_SHOWN) {
         let severity = if diagnostic.kind.is_warning() {
@@ -179,7 +142,14 @@ fn render(sources: &[Source], diagnostics: &[Diagnostic], more: usize, emit: Emi
                     .with_message(printable(&diagnostic.label)),
             ]);
         }
-        if emit(&excerpt, &shown, &mut text).is_err() {
+        let emitted = if coloured {
+            let mut writer =
+                term::StylesWriter::new(term::termcolor::Ansi::new(&mut text), &styles);
+            term::emit_to_write_style(&mut writer, &config, &excerpt, &shown)
+        } else {
+            term::emit_to_io_write(&mut text, &config, &excerpt, &shown)
+        };
+        if emitted.is_err() {
             // The excerpt could not be drawn; show the message anyway.
             text.extend_from_slice(printable(&diagnostic.message).as_bytes());
             text.push(b'\n');
@@ -210,11 +180,3 @@ fn place(text: &str, byte: usize) -> (usize, usize) {
         + 1;
     (line, column)
 }
-
-impl fmt::Display for ManifestErrors {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.render())
-    }
-}
-
-impl std::error::Error for ManifestErrors {}
