@@ -2,11 +2,11 @@
 
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::size::size;
-use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, fail, line, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, fail, line, plot};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
-use crate::store::{Characteristics, write_atomically};
+use crate::store::Characteristics;
 use clap::{Args, Subcommand};
 use indicatif::ProgressBar;
 use std::fs;
@@ -164,26 +164,8 @@ fn json<T: serde::Serialize>(value: &T) -> String {
 
 /// Draws every picture in SVG and PNG; returns their number.
 fn draw(characteristics: &Characteristics, folder: &Path) -> Result<usize, String> {
-    let folder = folder.join("pictures");
-    let refused = |path: &Path, error: std::io::Error| {
-        format!(
-            "cannot write `{}`: {error}; choose another folder with --out",
-            path.display()
-        )
-    };
-    fs::create_dir_all(&folder).map_err(|error| refused(&folder, error))?;
     let pictures = machine_pictures(characteristics);
-    for picture in &pictures {
-        let svg = picture
-            .svg()
-            .map_err(|error| error.to_string())?
-            .into_bytes();
-        let png = picture.png().map_err(|error| error.to_string())?;
-        for (extension, bytes) in [("svg", svg), ("png", png)] {
-            let path = folder.join(format!("{}.{extension}", picture.name));
-            write_atomically(&path, &bytes).map_err(|error| with_causes(&error))?;
-        }
-    }
+    plot::write(&pictures, &folder.join("pictures"), plot::Format::Both)?;
     Ok(pictures.len())
 }
 

@@ -14,8 +14,8 @@ use serde_json::json;
 use super::{BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, with_causes};
 use crate::manifest::Measured;
 use crate::report::{
-    Amount, Display, Drawn, Log, NoAmount, PictureKind, PictureRequest, PlotRequest, Resonance,
-    Unit, drawable, plot,
+    Amount, Display, Drawn, Log, NoAmount, Picture, PictureKind, PictureRequest, PlotRequest,
+    Resonance, Unit, drawable, plot,
 };
 use crate::store::{ResultLayout, TableStore, points_table, write_atomically};
 use crate::sweep::Prepared;
@@ -265,7 +265,7 @@ pub fn run(args: &PlotArgs) -> Status {
         _ => source.join("pictures"),
     };
     let folder = args.out.clone().unwrap_or_else(default);
-    let files = write(&drawn, &folder, args.format).or_fail(1)?;
+    let files = write(&drawn.pictures, &folder, args.format).or_fail(1)?;
     let mut text = String::new();
     if args.json {
         text = format!(
@@ -358,16 +358,17 @@ fn list(args: &PlotArgs) -> Status {
 }
 
 /// Writes every picture in every format; returns the files.
-fn write(drawn: &Drawn, folder: &Path, format: Format) -> Result<Vec<PathBuf>, String> {
-    let refused = |path: &Path, error: &dyn std::error::Error| {
-        format!(
-            "cannot write `{}`: {error}; choose another folder with --out",
-            path.display()
-        )
-    };
-    fs::create_dir_all(folder).map_err(|error| refused(folder, &error))?;
+pub(super) fn write(
+    pictures: &[Picture],
+    folder: &Path,
+    format: Format,
+) -> Result<Vec<PathBuf>, String> {
+    fs::create_dir_all(folder).map_err(|error| {
+        let shown = folder.display();
+        format!("cannot write `{shown}`: {error}; choose another folder with --out")
+    })?;
     let mut files = Vec::new();
-    for picture in &drawn.pictures {
+    for picture in pictures {
         let mut contents = Vec::new();
         if format != Format::Png {
             let text = picture.svg().map_err(|error| error.to_string())?;
