@@ -8,7 +8,7 @@ use super::display::{Display, Unit};
 use super::lettering::fitted;
 use super::over_axis::LEFT;
 use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use crate::report::numbers::number;
 
 const RIGHT: f64 = 690.0;
@@ -199,7 +199,7 @@ impl Campbell {
         }
         canvas.outline([LEFT, TOP], [RIGHT, BOTTOM], INK, 1.0);
         self.key(&mut canvas, &crossings, &unit);
-        Drawn::one(Picture::new("campbell".to_owned(), canvas))
+        Drawn::one("campbell", canvas)
     }
 
     fn line(&self, canvas: &mut Canvas, panel: &Panel, mode: &ModeLine, open: bool) {

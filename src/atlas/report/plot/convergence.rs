@@ -6,7 +6,7 @@ use super::categories::colour;
 use super::error::PlotError;
 use super::evidence::Evidence;
 use super::panel::Panel;
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
@@ -65,10 +65,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let errors = Evidence::of([point]).words();
     let mut canvas = results.canvas("convergence of the exponents", &[&words, &errors]);
     course.draw(&mut canvas);
-    Ok(Drawn::one(Picture::new(
-        format!("convergence-point{}", point.point_id),
-        canvas,
-    )))
+    let name = format!("convergence-point{}", point.point_id);
+    Ok(Drawn::one(name, canvas))
 }
 
 /// A colour three quarters of the way to white.

@@ -4,7 +4,7 @@ use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::error::PlotError;
 use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
@@ -43,10 +43,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let mut canvas = results.canvas("from trajectories to averages", &[&words, chosen]);
     separations(&mut canvas, &data);
     averages(&mut canvas, &data);
-    Ok(Drawn::one(Picture::new(
-        format!("horizon-point{}", point.point_id),
-        canvas,
-    )))
+    let name = format!("horizon-point{}", point.point_id);
+    Ok(Drawn::one(name, canvas))
 }
 
 /// The data of a point from the tables.

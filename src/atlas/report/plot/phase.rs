@@ -6,7 +6,7 @@ use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::error::PlotError;
 use super::motion::Motion;
 use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::recording::Recording;
 use super::request::PlotRequest;
@@ -85,10 +85,8 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
     }
     let count = plural(samples.len(), "sample");
     canvas.label([panel.right + 14.0, panel.top + TICK_SIZE], &count, SOFT);
-    Ok(Drawn::one(Picture::new(
-        format!("phase-point{}", point.point_id),
-        canvas,
-    )))
+    let name = format!("phase-point{}", point.point_id);
+    Ok(Drawn::one(name, canvas))
 }
 
 /// The orbit of a trace, with a dot at the start of each mesh cycle.
@@ -133,5 +131,5 @@ pub(super) fn of_trace(recording: &Recording) -> Drawn {
     canvas.label([x + 22.0, y], "orbit", INK);
     canvas.disc([x + 8.0, y + 18.0], 3.2, INK);
     canvas.label([x + 22.0, y + 22.0], "mesh phase 0", INK);
-    Drawn::one(Picture::new("phase".into(), canvas))
+    Drawn::one("phase", canvas)
 }

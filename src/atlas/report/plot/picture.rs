@@ -51,9 +51,9 @@ pub struct Drawn {
 }
 
 impl Drawn {
-    pub(super) fn one(picture: Picture) -> Self {
+    pub(super) fn one(name: impl Into<String>, canvas: Canvas) -> Self {
         Self {
-            pictures: vec![picture],
+            pictures: vec![Picture::new(name.into(), canvas)],
             notes: Vec::new(),
         }
     }

@@ -9,7 +9,7 @@ use super::display::{Scale, Unit};
 use super::error::PlotError;
 use super::over_axis::{LEFT, MARGIN, RIGHT};
 use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::ramp::{bar, viridis};
 use super::request::PlotRequest;
@@ -171,7 +171,7 @@ impl RunUpFolder {
         }
         canvas.outline([panel.left, TOP], [panel.right, BOTTOM], INK, 1.0);
         bar(&mut canvas, RIGHT + 24.0, [TOP, TOP + 300.0], &level);
-        Ok(one("spectrogram", canvas))
+        Ok(Drawn::one("spectrogram", canvas))
     }
 
     /// Amplitudes of orders over the speed.
@@ -217,7 +217,7 @@ impl RunUpFolder {
             let text = format!("order {}", number(*order));
             canvas.label([MARGIN + 28.0, y + 0.35 * TICK_SIZE], &text, SOFT);
         }
-        Ok(one("tracks", canvas))
+        Ok(Drawn::one("tracks", canvas))
     }
 }
 
@@ -233,12 +233,6 @@ fn framed(signal_rows: &SignalRows, of: &str, up: Axis) -> (Canvas, Panel) {
     let panel = Panel::new([LEFT, RIGHT], [TOP, BOTTOM], signal_rows.across(), up);
     panel.frame(&mut canvas, true);
     (canvas, panel)
-}
-
-fn one(name: &str, canvas: Canvas) -> Drawn {
-    let mut drawn = Drawn::default();
-    drawn.pictures.push(Picture::new(name.to_owned(), canvas));
-    drawn
 }
 
 fn silent(what: PictureKind) -> PlotError {

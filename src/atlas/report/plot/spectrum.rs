@@ -5,7 +5,7 @@ use super::canvas::{Anchor, BLUE, Canvas, INK, Place};
 use super::error::PlotError;
 use super::lettering::fitted;
 use super::panel::{Panel, TICK_SIZE};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
 use super::results::Results;
@@ -76,10 +76,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             last,
         );
     }
-    Ok(Drawn::one(Picture::new(
-        format!("spectrum-point{}", point.point_id),
-        canvas,
-    )))
+    let name = format!("spectrum-point{}", point.point_id);
+    Ok(Drawn::one(name, canvas))
 }
 
 /// The unit of a signal in `m (deflection) or N m (torque)`: `torque pinion` is a torque.

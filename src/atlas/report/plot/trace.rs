@@ -4,7 +4,7 @@
 use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, label_place};
-use super::picture::{Drawn, Picture};
+use super::picture::Drawn;
 use super::recording::{ContactChange, Recording};
 use crate::report::numbers::number;
 
@@ -81,7 +81,7 @@ pub(super) fn draw(recording: &Recording) -> Drawn {
         ..panel
     };
     contact(&mut canvas, &panel, recording, rows);
-    Drawn::one(Picture::new("trace".into(), canvas))
+    Drawn::one("trace", canvas)
 }
 
 fn curve(canvas: &mut Canvas, panel: &Panel, time: &[f64], values: &[f64]) {

@@ -6,7 +6,7 @@ use crate::report::plot::axis::{Axis, range};
 use crate::report::plot::canvas::{Canvas, Colour, INK, SOFT};
 use crate::report::plot::error::PlotError;
 use crate::report::plot::panel::Panel;
-use crate::report::plot::picture::{Drawn, Picture};
+use crate::report::plot::picture::Drawn;
 use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::ramp::{bar, viridis};
 
@@ -66,7 +66,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     bar(&mut canvas, x, [TOP, TOP + SIZE[1]], &axis);
     canvas.height = TOP + SIZE[1] + 64.0;
     let name = format!("{}-contact", mesh.name);
-    Ok(Drawn::one(Picture::new(name, canvas)))
+    Ok(Drawn::one(name, canvas))
 }
 
 /// The first and the last index of a range, or its only index.

@@ -8,7 +8,7 @@ use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Canvas, INK};
 use crate::report::plot::categories::colour;
 use crate::report::plot::panel::Panel;
-use crate::report::plot::picture::{Drawn, Picture};
+use crate::report::plot::picture::Drawn;
 use std::collections::BTreeMap;
 
 /// Colours of the pairs: dark enough for lines.
@@ -63,7 +63,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     }
     canvas.height = top - GAP + 64.0;
     let name = format!("{}-sharing", mesh.name);
-    Drawn::one(Picture::new(name, canvas))
+    Drawn::one(name, canvas)
 }
 
 /// The shares of each pair over its passage, from those of the newest pair, the one before and so on. All curves have
