@@ -156,17 +156,17 @@ impl Retry<'_> {
             interrupt: &process.interrupt,
         };
         let finished = sweep.run(&mut journal, voice)?;
-        if finished.written.missing > 0 {
-            let status = if finished.gave_up { FAILED_POINTS } else { INTERRUPTED };
+        if finished.recorded.written.missing > 0 {
+            let status = if finished.recorded.gave_up { FAILED_POINTS } else { INTERRUPTED };
             let text = format!(
                 "interrupted: {} of {} points are missing, and {} is unchanged; the same command continues\n",
-                finished.written.missing,
+                finished.recorded.written.missing,
                 finished.points,
                 folder.display()
             );
             return Ok(RetryEnd::Cut(status, text));
         }
-        self.exchange(record, &finished.written.tables)?;
+        self.exchange(record, &finished.recorded.written.tables)?;
         process.warnings.extend(parts.warnings());
         record.warnings.append(&mut process.warnings);
         note_instructions(record);
@@ -175,8 +175,8 @@ impl Retry<'_> {
             finished: watch.now(),
             program: ProgramRecord::current(),
             points: self.points.len() as u64,
-            failed: finished.progress.failed,
-            cycles: finished.progress.cycles,
+            failed: finished.recorded.progress.failed,
+            cycles: finished.recorded.progress.cycles,
             wall_time: watch.elapsed().as_secs_f64(),
         };
         let text = format!(

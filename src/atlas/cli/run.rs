@@ -88,14 +88,14 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> Status {
         }
     };
     let text = closing_line(&finished, &record, folder);
-    let status = if finished.gave_up { FAILED_POINTS } else { status(&record) };
+    let status = if finished.recorded.gave_up { FAILED_POINTS } else { status(&record) };
     Ok(voice.close(&record, status, &text))
 }
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {
-    let (totals, threads) = (&record.totals, finished.threads);
+    let (totals, threads) = (&record.totals, finished.placement.threads);
     // The results of these points may require more points.
-    let missing = if finished.progress.open {
+    let missing = if finished.recorded.progress.open {
         format!("at least {}", totals.missing)
     } else {
         totals.missing.to_string()
@@ -103,7 +103,7 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
     let folder = folder.display();
     let mut text = format!(
         "{} of {} points in {:.1} s on {threads} {}",
-        finished.progress.done,
+        finished.recorded.progress.done,
         finished.points,
         totals.wall_time,
         if threads == 1 { "thread" } else { "threads" },
@@ -119,14 +119,14 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
         text += &format!(
             "; {} cycles, {:.2} µs per cycle and thread",
             totals.cycles,
-            1e6 * totals.wall_time_per_cycle * threads as f64,
+            1e6 * totals.wall_time_per_cycle * f64::from(threads),
         );
     }
     text += &match record.state {
         RunState::Complete => {
             format!("\nresults in {folder}; `atlas show {folder}` summarises them\n")
         }
-        RunState::Interrupted if finished.gave_up => format!(
+        RunState::Interrupted if finished.recorded.gave_up => format!(
             "\nstopped after too many failed points (--max-failures): {missing} points are missing, the \
              others are in {folder}; the same command continues\n"
         ),

@@ -5,8 +5,8 @@ use super::recorder::ProgressObserver;
 use super::run::{Finished, Options, Sweep, SweepError};
 use crate::manifest::Job;
 use crate::store::{
-    Journal, MachineRecord, PlacementRecord, ProgramRecord, RunRecord, RunState, Stopwatch,
-    StoreError, TableStore, Totals, mixed_instructions_warning, write_run,
+    Journal, MachineRecord, ProgramRecord, RunRecord, RunState, Stopwatch, StoreError, TableStore,
+    Totals, mixed_instructions_warning, write_run,
 };
 use crate::topology::Topology;
 use std::path::Path;
@@ -107,11 +107,11 @@ impl JobRun<'_> {
                 return Err(error.into());
             }
         };
-        let kernels = finished.kernels.records(job, &parts);
+        let kernels = finished.recorded.kernels.records(job, &parts);
         warnings.extend(parts.warnings());
         let record = RunRecord {
             job: job.name.clone(),
-            state: match finished.written.missing {
+            state: match finished.recorded.written.missing {
                 0 => RunState::Complete,
                 _ => RunState::Interrupted,
             },
@@ -123,18 +123,11 @@ impl JobRun<'_> {
                 instructions,
                 ..MachineRecord::current(topology)
             },
-            placement: PlacementRecord {
-                threads_asked: options.threads.map(|threads| threads as u32),
-                threads: finished.threads as u32,
-                asked: finished.asked.clone(),
-                obtained: finished.obtained.clone(),
-                copies_asked: finished.copies_asked.clone(),
-                copies_obtained: finished.copies_obtained.clone(),
-            },
+            placement: finished.placement.clone(),
             totals: totals(&finished, watch.elapsed().as_secs_f64()),
             kernels,
             shards: Vec::new(),
-            tables: finished.written.tables.clone(),
+            tables: finished.recorded.written.tables.clone(),
             retries: Vec::new(),
             warnings,
             manifest_hash: job.hash.clone(),
@@ -152,10 +145,10 @@ impl JobRun<'_> {
 
 /// Counts and times of a sweep with this wall time \[s\].
 fn totals(finished: &Finished, wall_time: f64) -> Totals {
-    let progress = &finished.progress;
+    let progress = &finished.recorded.progress;
     Totals {
         not_converged: progress.not_ok - progress.failed,
-        missing: finished.written.missing,
+        missing: finished.recorded.written.missing,
         resumed: progress.resumed,
         ..Totals::new(
             finished.points,

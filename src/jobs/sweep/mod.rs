@@ -68,7 +68,7 @@ pub use panic_hook::{WORKER, silence_reported_panics};
 pub use parts::{Prepared, structures};
 pub use point::Worker;
 pub use point_kernel::{KernelTally, PointKernel};
-pub use recorder::{Progress, ProgressObserver, SweepPlan};
+pub use recorder::{Progress, ProgressObserver, Recorded, SweepPlan};
 pub use run::{Finished, Options, Sweep, SweepError};
 pub use run_up::{PointRunUp, RunUpError};
 pub use sensitivity::{

@@ -112,9 +112,13 @@ pub(super) struct Recorder<'a> {
 }
 
 /// Summary after everything is written.
-pub(super) struct Recorded {
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recorded {
+    /// Counts of finished points.
     pub progress: Progress,
+    /// The kernels that computed its points.
     pub kernels: KernelTally,
+    /// The tables, and the number of points that are missing because the sweep was interrupted.
     pub written: Written,
     /// Whether too many failed points interrupted the sweep.
     pub gave_up: bool,

@@ -8,11 +8,11 @@ use super::parts::Prepared;
 use super::point::Worker;
 use super::point_kernel::KernelTally;
 use super::queue::Queue;
-use super::recorder::{CHANNEL, Progress, ProgressObserver, Recorder, SweepPlan};
+use super::recorder::{CHANNEL, Progress, ProgressObserver, Recorded, Recorder, SweepPlan};
 use super::refine::Refinement;
 use super::shared::lock;
 use crate::manifest::Job;
-use crate::store::{Journal, PointRow, ResultWriter, Shard, StoreError, Written};
+use crate::store::{Journal, PlacementRecord, PointRow, ResultWriter, Shard, StoreError};
 use crate::topology::{Copies, Pinning, Plan, Topology, copies, default_workers, plan};
 use crossbeam_channel::{Sender, bounded};
 use std::collections::BTreeSet;
@@ -41,24 +41,10 @@ pub struct Options<'a> {
 pub struct Finished {
     /// Points of this run; for an interrupted refined grid, those known to be needed.
     pub points: u64,
-    /// Counts of finished points.
-    pub progress: Progress,
-    /// The kernels that computed its points.
-    pub kernels: KernelTally,
-    /// The tables, and the number of points that are missing because the sweep was interrupted.
-    pub written: Written,
-    /// Worker threads used.
-    pub threads: usize,
-    /// Intended placement of the threads, in words.
-    pub asked: String,
-    /// Actual placement of the threads, in words.
-    pub obtained: String,
-    /// Intended copies of structures and mesh tables, in words.
-    pub copies_asked: String,
-    /// Actual places of the copies.
-    pub copies_obtained: String,
-    /// Whether too many failed points interrupted it.
-    pub gave_up: bool,
+    /// Threads, their places and the copies of structures and mesh tables.
+    pub placement: PlacementRecord,
+    /// The recorded points and tables.
+    pub recorded: Recorded,
 }
 
 /// Why a sweep could not run.
@@ -213,17 +199,18 @@ impl Sweep<'_> {
             watcher.warning(&warning);
         }
         let recorded = ended?;
-        Ok(Finished {
-            points: points.into_inner(),
-            progress: recorded.progress,
-            kernels: recorded.kernels,
-            written: recorded.written,
-            threads,
+        let placement = PlacementRecord {
+            threads_asked: options.threads.map(|threads| threads as u32),
+            threads: threads as u32,
             asked,
             copies_obtained: copies_obtained(&of_nodes, &copies, topology),
             copies_asked: copies.to_string(),
             obtained: workers.obtained,
-            gave_up: recorded.gave_up,
+        };
+        Ok(Finished {
+            points: points.into_inner(),
+            placement,
+            recorded,
         })
     }
 
