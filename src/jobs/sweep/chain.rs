@@ -16,9 +16,10 @@ use super::carried::CarriedState;
 use super::parts::Prepared;
 use super::point::{PointResult, Worker, compute_point, row};
 use crate::analysis::{
-    Class, Interrupted, LyapunovConfig, NvhConfig, NvhStatistics, PointOutcome, Signals, Status,
+    Analyses, Class, Interrupted, LyapunovConfig, NvhConfig, NvhStatistics, PointOutcome, Signals,
+    Status,
 };
-use crate::manifest::{AxisKey, Direction, Job, PointSpec, RunSpec};
+use crate::manifest::{AxisKey, Direction, Job, PointSpec};
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::Seat;
 use crate::store::{ChainEnd, ChainPart, Level, PointRow, Transition};
@@ -330,7 +331,10 @@ impl Search<'_> {
         let jumps = |near: &LastVerdict, far| {
             left(near, far) >= REMAINING_CHANGE * at_first.unwrap_or(f64::INFINITY)
         };
-        let trial_point = self.trial(near.class == to);
+        let mut trial_point = motion_only(self.point.clone());
+        if near.class == to {
+            trial_point = with_level(&trial_point);
+        }
         let mut halved = 0;
         let fewest = if near.class == to && halvings > 0 { FEWEST_HALVINGS } else { 0 };
         for _ in 0..halvings.max(fewest) {
@@ -380,25 +384,18 @@ impl Search<'_> {
         }
         Ok(Some(transition))
     }
+}
 
-    /// The point with only the requests that give its class of motion and, if `levelled`, its level.
-    fn trial(&self, levelled: bool) -> PointSpec {
-        let mut trial = self.point.clone();
-        let analyses = Arc::make_mut(&mut trial.analyses);
-        analyses.lyapunov = analyses.lyapunov.map(|config| LyapunovConfig {
-            twin: false,
-            ..config
-        });
-        analyses.poincare = None;
-        analyses.nvh = None;
-        analyses.multistability = None;
-        analyses.orbits = None;
-        analyses.horizon = None;
-        analyses.covariant = None;
-        trial.run = Arc::new(RunSpec {
-            audit_cycles: 0,
-            ..(*trial.run).clone()
-        });
-        if levelled { with_level(&trial) } else { trial }
-    }
+/// The point with only the requests that give its class of motion.
+pub(super) fn motion_only(mut point: PointSpec) -> PointSpec {
+    Arc::make_mut(&mut point.run).audit_cycles = 0;
+    let lyapunov = point.analyses.lyapunov.map(|config| LyapunovConfig {
+        twin: false,
+        ..config
+    });
+    point.analyses = Arc::new(Analyses {
+        lyapunov,
+        ..Analyses::default()
+    });
+    point
 }

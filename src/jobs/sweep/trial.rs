@@ -7,12 +7,12 @@
 
 use super::build::point_config;
 use super::carried::CarriedState;
-use super::chain::{verdict, with_level_if_refined};
+use super::chain::{motion_only, verdict, with_level_if_refined};
 use super::estimate::PointTime;
 use super::parts::Prepared;
 use super::point::{PointResult, Step, Worker, compute_point, row};
 use super::queue::work;
-use crate::analysis::{Analyses, Class, Interrupted, LyapunovConfig, MultistabilityOutcome};
+use crate::analysis::{Analyses, Class, Interrupted, MultistabilityOutcome};
 use crate::analysis::{ExpectedCycles, MultistabilityConfig};
 use crate::manifest::{Direction, Job, PointSpec};
 use crate::store::{ChainEnd, ChainPart, PointRow};
@@ -72,7 +72,8 @@ pub(super) fn try_out(
     let before = if id.is_multiple_of(job.chain_length()) {
         None
     } else {
-        compute_point(&motion_only(job.points.at(id - 1)), None, parts, None, over)?.end
+        let before = motion_only(shortened(&job.points.at(id - 1)));
+        compute_point(&before, None, parts, None, over)?.end
     };
     let carried = |end| CarriedState {
         end,
@@ -169,27 +170,12 @@ fn cycle_time(
 
 /// The point without other analyses. It has no twin and no audit either, because their cycles do not grow with those of
 /// the point.
-fn integrated_only(mut point: PointSpec) -> PointSpec {
-    Arc::make_mut(&mut point.run).audit_cycles = 0;
-    let analyses = &point.analyses;
-    point.analyses = Arc::new(Analyses {
-        lyapunov: analyses.lyapunov.map(|config| LyapunovConfig {
-            twin: false,
-            ..config
-        }),
-        poincare: analyses.poincare.clone(),
-        nvh: analyses.nvh,
-        ..Analyses::default()
-    });
-    point
-}
-
-/// A point of which only the motion is needed.
-fn motion_only(point: PointSpec) -> PointSpec {
-    let mut before = integrated_only(shortened(&point));
-    let analyses = Arc::make_mut(&mut before.analyses);
-    (analyses.poincare, analyses.nvh) = (None, None);
-    before
+fn integrated_only(point: PointSpec) -> PointSpec {
+    let observed = Arc::clone(&point.analyses);
+    let mut onward = motion_only(point);
+    let analyses = Arc::make_mut(&mut onward.analyses);
+    (analyses.poincare, analyses.nvh) = (observed.poincare.clone(), observed.nvh);
+    onward
 }
 
 /// The point with fewer cycles and reduced analyses.
