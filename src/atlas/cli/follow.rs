@@ -9,9 +9,11 @@ use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, with_causes};
 use crate::analysis::continuation::end::End;
 use crate::input::printable;
 use crate::manifest::Job;
+use crate::report::counted;
 use crate::store::{TableKind, table_path};
 use crate::sweep::{FollowError, Followed, Prepared, WORKER, follow_job, write_branches};
 use clap::Args;
+use serde::Serialize;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
@@ -77,67 +79,66 @@ pub fn run(args: &FollowArgs) -> Status {
             Err(error) => return Err(fail(BAD_INPUT, &with_causes(&error))),
         };
     let seconds = clock.elapsed().as_secs_f64();
-    let census = Census::of(&followed);
+    let census = Census {
+        job: job.name.clone(),
+        folder,
+        seconds,
+        ..Census::default()
+    };
+    let census = census.counting(&followed);
     begin_writing();
-    if let Err(error) = write_branches(&job, &folder, &followed) {
+    if let Err(error) = write_branches(&job, &census.folder, &followed) {
         return Err(fail(failure(&error), &with_causes(&error)));
     }
     let text = match (args.json, args.quiet) {
-        (true, _) => format!("{:#}\n", census.json(&job, &folder, seconds)),
+        (true, _) => format!("{:#}\n", json!(census)),
         (false, true) => String::new(),
-        (false, false) => census.text(&job, &folder, seconds, &followed),
+        (false, false) => census.text(&job, &followed),
     };
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// Counts of the results.
+/// The JSON form of the results: where they are, and their counts.
+#[derive(Default, Serialize)]
 struct Census {
+    job: String,
+    folder: PathBuf,
+    seconds: f64,
     branches: usize,
     orbits: usize,
-    steps: u64,
+    newton_steps: u64,
     models: u64,
-    rejected: u64,
-    known: usize,
-    kinds: BTreeMap<&'static str, usize>,
-    sequences: usize,
+    steps_refused: u64,
+    orbits_on_known_branches: usize,
+    bifurcations: BTreeMap<&'static str, usize>,
+    changes_of_sequence: usize,
     ends: BTreeMap<String, usize>,
     curves: BTreeMap<&'static str, usize>,
     failures: Vec<String>,
 }
 
 impl Census {
-    fn of(followed: &Followed) -> Self {
-        let mut out = Self {
-            branches: 0,
-            orbits: 0,
-            steps: 0,
-            models: 0,
-            rejected: 0,
-            known: 0,
-            kinds: BTreeMap::new(),
-            sequences: 0,
-            ends: BTreeMap::new(),
-            curves: BTreeMap::new(),
-            failures: Vec::new(),
-        };
+    /// Adds the results.
+    fn counting(mut self, followed: &Followed) -> Self {
+        let out = &mut self;
         for line in &followed.lines {
             out.models += line.models;
-            out.known += line.branches.repeated_orbits;
+            out.orbits_on_known_branches += line.branches.repeated_orbits;
             out.failures.extend(line.branches.failures.iter().cloned());
             for (_, branch) in &line.branches.all {
                 out.branches += 1;
                 out.orbits += branch.orbits.len();
-                out.rejected += branch.rejected;
-                out.steps += branch
+                out.steps_refused += branch.rejected;
+                out.newton_steps += branch
                     .orbits
                     .iter()
                     .map(|orbit| u64::from(orbit.steps))
                     .sum::<u64>();
                 for bifurcation in &branch.bifurcations {
-                    *out.kinds.entry(bifurcation.kind.name()).or_default() += 1;
+                    *out.bifurcations.entry(bifurcation.kind.name()).or_default() += 1;
                 }
                 let pairs = branch.orbits.windows(2);
-                out.sequences += pairs
+                out.changes_of_sequence += pairs
                     .filter(|p| {
                         !p[0]
                             .details
@@ -162,36 +163,10 @@ impl Census {
                 *out.curves.entry("onset").or_default() += 1;
             }
         }
-        out
+        self
     }
 
-    fn json(&self, job: &Job, folder: &Path, seconds: f64) -> serde_json::Value {
-        json!({
-            "job": job.name,
-            "folder": folder,
-            "seconds": seconds,
-            "branches": self.branches,
-            "orbits": self.orbits,
-            "newton_steps": self.steps,
-            "models": self.models,
-            "steps_refused": self.rejected,
-            "orbits_on_known_branches": self.known,
-            "bifurcations": self.kinds,
-            "changes_of_sequence": self.sequences,
-            "ends": self.ends,
-            "curves": self.curves,
-            "failures": self.failures,
-        })
-    }
-
-    fn text(&self, job: &Job, folder: &Path, seconds: f64, followed: &Followed) -> String {
-        let counted = |counts: &BTreeMap<&'static str, usize>| {
-            let words: Vec<String> = counts
-                .iter()
-                .map(|(kind, count)| format!("{count} {}", kind.replace('_', " ")))
-                .collect();
-            if words.is_empty() { "none".to_owned() } else { words.join(", ") }
-        };
+    fn text(&self, job: &Job, followed: &Followed) -> String {
         let ends: Vec<String> = self
             .ends
             .iter()
@@ -213,17 +188,18 @@ impl Census {
             (
                 "branches",
                 format!(
-                    "{} with {} orbits in {seconds:.1} s, {:.2} Newton steps per orbit; {} steps refused",
+                    "{} with {} orbits in {:.1} s, {:.2} Newton steps per orbit; {} steps refused",
                     self.branches,
                     self.orbits,
-                    self.steps as f64 / self.orbits.max(1) as f64,
-                    self.rejected
+                    self.seconds,
+                    self.newton_steps as f64 / self.orbits.max(1) as f64,
+                    self.steps_refused
                 ),
             ),
-            ("bifurcations", counted(&self.kinds)),
+            ("bifurcations", counted(&self.bifurcations)),
             (
                 "sequences",
-                format!("changed {} times along branches", self.sequences),
+                format!("changed {} times along branches", self.changes_of_sequence),
             ),
             ("ends", ends.join("; ")),
         ];
@@ -246,7 +222,7 @@ impl Census {
         lines.extend(kinds.iter().enumerate().map(|(i, kind)| {
             (
                 if i == 0 { "files" } else { "" },
-                table_path(folder, *kind, None).display().to_string(),
+                table_path(&self.folder, *kind, None).display().to_string(),
             )
         }));
         lines

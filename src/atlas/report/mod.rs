@@ -39,5 +39,5 @@ pub use point::{Axis, ChaosLife, ClassCount, PointSummary, Verdict};
 pub use rattle::Rattle;
 pub use summary::Summary;
 pub use table_summary::{QuantitySummary, TableSummary};
-pub use text::{Style, render, render_branches};
+pub use text::{Style, counted, render, render_branches};
 pub use transitions::TransitionSummary;

@@ -13,6 +13,7 @@ mod table;
 mod transitions;
 
 pub use branches::render_branches;
+pub use followed::counted;
 pub use style::Style;
 
 use std::fmt::Write;

@@ -55,13 +55,16 @@ fn with_unit(words: &str, unit: &str) -> String {
 }
 
 /// `3 fold, 8 period doubling`.
-fn counted(counts: &BTreeMap<String, usize>) -> String {
+pub fn counted<W: AsRef<str>>(counts: &BTreeMap<W, usize>) -> String {
     counted_as(counts, " ", ", ")
 }
 
-fn counted_as(counts: &BTreeMap<String, usize>, between: &str, joint: &str) -> String {
+fn counted_as<W: AsRef<str>>(counts: &BTreeMap<W, usize>, between: &str, joint: &str) -> String {
     let words = counts.iter();
-    let words = words.map(|(word, count)| format!("{count}{between}{}", word.replace('_', " ")));
+    let words = words.map(|(word, count)| {
+        let word = word.as_ref().replace('_', " ");
+        format!("{count}{between}{word}")
+    });
     let words: Vec<String> = words.collect();
     if words.is_empty() { "none".to_owned() } else { words.join(joint) }
 }
