@@ -192,7 +192,7 @@ fn column(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> 
 
 /// A column that may be absent.
 fn optional(root: &Section, name: &str, modes: Option<usize>) -> Option<Option<Vec<f64>>> {
-    if root.has(name) { column(root, name, modes).map(Some) } else { Some(None) }
+    root.if_given(name, |root, name| column(root, name, modes))
 }
 
 /// A column; empty if it is absent or all its entries are 0.

@@ -13,11 +13,7 @@ pub(super) fn read(
     mesh_context: MeshContext<'_>,
     laws: Option<(&StiffnessSpec, &FrictionSpec)>,
 ) -> Option<CoastSpec> {
-    let given = if section.has("coast_flank") {
-        Some(section.choice("coast_flank")?)
-    } else {
-        None
-    };
+    let given = section.if_given("coast_flank", Section::choice)?;
     let unknown = matches!(
         mesh_context.source,
         Some(StructureSource::Modal(structure)) if structure.coast.is_none()

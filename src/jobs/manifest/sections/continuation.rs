@@ -21,18 +21,10 @@ pub(in crate::manifest) fn read(
     let Some(section) = root.child("continuation")? else {
         return Some(None);
     };
-    let followed = axis(&section, "over", (axes, dimensions), (faulty, expressions));
-    let other = if section.has("second") {
-        axis(
-            &section,
-            "second",
-            (axes, dimensions),
-            (faulty, expressions),
-        )
-        .map(Some)
-    } else {
-        Some(None)
+    let named = |section: &Section, key: &str| {
+        axis(section, key, (axes, dimensions), (faulty, expressions))
     };
+    let (followed, other) = (named(&section, "over"), section.if_given("second", named));
     if let (Some(first), Some(Some(second))) = (followed, other)
         && first == second
     {

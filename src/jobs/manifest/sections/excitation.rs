@@ -22,11 +22,7 @@ pub(super) fn read(
             "remove it, or set mesh.coast_flank = \"mirrored\"",
         );
     }
-    let of_coast = if section.has(OF_COAST) && !same_line {
-        harmonics(section, OF_COAST).map(Some)
-    } else {
-        Some(None)
-    };
+    let of_coast = (section.if_effective(!same_line)).if_given(OF_COAST, harmonics);
     let teeth = source.map(|source| [false, true].map(|wheel| teeth(source, wheel)));
     let of_gears = errors_of_gears(section, ("shaft", ["pinion", "wheel"]), teeth);
     let on_shafts = |name: &str| section.each(name, |table| ripple(table, source));
@@ -47,11 +43,8 @@ pub(super) fn read(
     if let Some((why, remedy)) = idle {
         section.without_effect(&["table_harmonics"], why, remedy);
     }
-    let table_harmonics = if section.has("table_harmonics") && idle.is_none() {
-        section.integer("table_harmonics").map(Some)
-    } else {
-        Some(None)
-    };
+    let table_harmonics =
+        (section.if_effective(idle.is_none())).if_given("table_harmonics", Section::integer);
     Some(ExcitationSpec {
         table_harmonics: table_harmonics?,
         transmission_error: [errors?, of_gears.clone()?].concat(),

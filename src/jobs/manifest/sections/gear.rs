@@ -58,18 +58,14 @@ fn form(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
     let profile_shift = section.pair("profile_shift");
     let thinning = section.one_or_pair("thinning");
     let centre_distance = section.if_given("centre_distance", Section::quantity);
-    let tip_diameter = if section.has("tip_diameter") {
-        section.pair("tip_diameter").map(|pair| pair.map(Some))
-    } else {
-        Some([None; 2])
-    };
+    let tip_diameter = section.if_given("tip_diameter", Section::pair);
     warn_of_hub_length(section);
     let shape = shape(section, body_length);
     Some(ToothForm {
         profile_shift: profile_shift?,
         thinning: thinning?,
         centre_distance: centre_distance?,
-        tip_diameter: tip_diameter?,
+        tip_diameter: tip_diameter?.map_or([None; 2], |pair| pair.map(Some)),
         ..shape?
     })
 }
@@ -102,13 +98,7 @@ fn shape(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> 
     let reliefs = ["tip_relief", "root_relief", "end_relief"].map(|name| relief(section, name));
     let profile = modification(section, ["profile_crowning", "profile_slope"]);
     let lead = modification(section, ["lead_crowning", "lead_slope"]);
-    let bore = if section.has("bore") {
-        section
-            .one_or_pair("bore")
-            .map(|pair| pair.map(|bore| Some(bore).filter(|bore| *bore > 0.0)))
-    } else {
-        Some([None; 2])
-    };
+    let bore = section.if_given("bore", Section::one_or_pair);
     let body = bodies(section, body_length);
     let young_modulus = section.one_or_pair("young_modulus");
     let poisson_ratio = section.one_or_pair("poisson_ratio");
@@ -121,7 +111,9 @@ fn shape(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> 
         end_relief: end_relief?,
         profile: profile?,
         lead: lead?,
-        bore: bore?,
+        bore: bore?.map_or([None; 2], |pair| {
+            pair.map(|bore| Some(bore).filter(|bore| *bore > 0.0))
+        }),
         material: [0, 1].map(|gear| Material {
             young_modulus: young_modulus[gear],
             poisson_ratio: poisson_ratio[gear],

@@ -100,13 +100,9 @@ fn set(
     let gear = shaft::planet(table, density);
     let width = gear.as_ref().map(|(gear, _)| gear.width);
     let bearing = bearing(table, width);
-    let errors = if table.has("pin_errors") {
-        table.quantities("pin_errors", None)
-    } else {
-        Some(Vec::new())
-    };
+    let errors = table.if_given("pin_errors", |table, name| table.quantities(name, None));
     let axis_distance = table.if_given("radius", Section::quantity);
-    let (carrier, at, angles, errors) = (carrier?, at?, angles?, errors?);
+    let (carrier, at, angles, errors) = (carrier?, at?, angles?, errors?.unwrap_or_default());
     let (gear, drawing) = gear?;
     if !errors.is_empty() && errors.len() != angles.len() {
         let message = format!("{} pin errors for {} planets", errors.len(), angles.len());
@@ -219,14 +215,8 @@ fn bearing(table: &Section, width: Option<f64>) -> Option<Bearing> {
         Some(None) => bearing_table.quantity("radial"),
         _ => Some(0.0),
     };
-    let mut optional = |key: &str| {
-        if bearing_table.has(key) {
-            bearing_table.quantity(key).map(Some)
-        } else {
-            Some(None)
-        }
-    };
-    let [axial, tilt] = ["axial", "tilt"].map(&mut optional);
+    let optional = |key: &str| bearing_table.if_given(key, Section::quantity);
+    let [axial, tilt] = ["axial", "tilt"].map(optional);
     let (radial, width) = (radial?, width?);
     Some(Bearing {
         x: radial,
