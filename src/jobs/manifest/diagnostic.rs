@@ -38,6 +38,14 @@ pub struct Span {
     pub end: usize,
 }
 
+impl Span {
+    /// The start of a file.
+    pub(super) fn start_of(source: usize) -> Self {
+        let (start, end) = (0, 0);
+        Self { source, start, end }
+    }
+}
+
 /// A file that was read: the manifest (first) or another file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {

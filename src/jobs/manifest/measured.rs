@@ -2,8 +2,8 @@
 
 use super::ManifestErrors;
 use super::csv::{self, ListOf, SheetColumn};
-use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use super::text::{self, TextError};
+use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use super::text;
 use crate::units;
 use std::path::{Path, PathBuf};
 
@@ -84,22 +84,10 @@ impl From<SheetColumn> for MeasuredColumn {
 
 /// The two or three columns of a file; faults are recorded.
 fn sheet(issues: &Issues, path: &Path) -> Option<Vec<SheetColumn>> {
-    let source = match text::read(issues, path, "the list of measured points") {
-        Ok(source) => source,
-        Err(TextError::Reported) => return None,
-        Err(TextError::Unreadable(error)) => {
-            let name = path.display().to_string();
-            let message = format!("the measured points `{name}` cannot be read: {error}");
-            let span = Span {
-                source: issues.add_source(name, String::new()),
-                start: 0,
-                end: 0,
-            };
-            return Diagnostic::new(DiagnosticKind::Unreadable, span, POINTS.path, message)
-                .remedy("check the path; measured points are a text file in UTF-8")
-                .fail(issues);
-        }
-    };
+    let source = text::read(issues, path, "the list of measured points");
+    let named = (POINTS.path, "the measured points", &*path.to_string_lossy());
+    let remedy = "check the path; measured points are a text file in UTF-8";
+    let source = text::or_report(issues, source, named, remedy)?;
     let sheet = csv::read(source, &issues.text(source), &POINTS, issues);
     let columns = sheet?.columns;
     check_columns(issues, &columns);

@@ -121,22 +121,10 @@ fn resolve_read_manifest(
     base_dir: &Path,
     changes: &[String],
 ) -> Result<Job, ManifestErrors> {
-    match source {
-        Ok(source) => resolve_manifest(issues, source, base_dir, changes),
-        Err(TextError::Reported) => Err(ManifestErrors::new(issues)),
-        Err(TextError::Unreadable(error)) => {
-            let message = format!("the manifest `{name}` cannot be read: {error}");
-            let source = issues.add_source(name.to_owned(), String::new());
-            let span = Span {
-                source,
-                start: 0,
-                end: 0,
-            };
-            Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
-                .remedy("check the path; a manifest is a TOML file in UTF-8")
-                .report(&issues);
-            Err(ManifestErrors::new(issues))
-        }
+    let remedy = "check the path; a manifest is a TOML file in UTF-8";
+    match text::or_report(&issues, source, ("", "the manifest", name), remedy) {
+        Some(source) => resolve_manifest(issues, source, base_dir, changes),
+        None => Err(ManifestErrors::new(issues)),
     }
 }
 

@@ -257,18 +257,9 @@ impl PointResolver {
                 AxisKey::Speed => out.speed = value,
                 AxisKey::Key(name) => {
                     in_range(name, value, parameter.dimension)?;
-                    let span = Span {
-                        source: 0,
-                        start: 0,
-                        end: 0,
-                    };
-                    nodes.push((
-                        name,
-                        Node {
-                            span,
-                            value: Value::Sample(value, parameter.dimension),
-                        },
-                    ));
+                    let value = Value::Sample(value, parameter.dimension);
+                    let span = Span::start_of(0);
+                    nodes.push((name, Node { span, value }));
                 }
             }
         }
@@ -308,13 +299,8 @@ fn in_range(name: &str, value: f64, dimension: Dimension) -> Result<(), String> 
         return Ok(());
     }
     let issues = Issues::default();
-    let span = Span {
-        source: issues.add_source(String::new(), String::new()),
-        start: 0,
-        end: 0,
-    };
     let node = Node {
-        span,
+        span: Span::start_of(issues.add_source(String::new(), String::new())),
         value: Value::Sample(value, dimension),
     };
     let given = reader::Given {

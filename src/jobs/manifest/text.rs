@@ -22,6 +22,25 @@ pub(super) fn read(issues: &Issues, path: &Path, what: &str) -> Result<usize, Te
     add(issues, path.display().to_string(), bytes, what)
 }
 
+/// The source of a text; reports a file that cannot be read. `key` names it, and messages call it `what`.
+pub(super) fn or_report(
+    issues: &Issues,
+    source: Result<usize, TextError>,
+    (key, what, name): (&str, &str, &str),
+    remedy: &str,
+) -> Option<usize> {
+    let error = match source {
+        Ok(source) => return Some(source),
+        Err(TextError::Reported) => return None,
+        Err(TextError::Unreadable(error)) => error,
+    };
+    let message = format!("{what} `{name}` cannot be read: {error}");
+    let span = Span::start_of(issues.add_source(name.to_owned(), String::new()));
+    Diagnostic::new(DiagnosticKind::Unreadable, span, key, message)
+        .remedy(remedy)
+        .fail(issues)
+}
+
 /// Reads the file that a key names, and adds it to the sources; reports failures.
 pub(super) fn read_named(
     issues: &Issues,
