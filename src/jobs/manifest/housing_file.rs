@@ -1,7 +1,7 @@
 //! Housing files: reduced matrices from any finite-element code over named freedoms. Diagnostics are those of the
 //! manifest, with places in the housing file.
 
-use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+use super::diagnostic::{Issues, Span};
 use super::reader::Section;
 use super::schema::{self, HOUSING_FILE};
 use super::sections::Context;
@@ -46,16 +46,11 @@ fn parse(issues: &Issues, source: usize) -> Option<Housing> {
 
 /// Records an inconsistent value of a key.
 fn refuse(section: &Section, key: &str, message: String, remedy: &str) {
-    let path = section.path_of(key);
-    let fault = Diagnostic::new(
-        DiagnosticKind::Inconsistent,
-        section.span_of(key),
-        &path,
-        message,
-    );
     section
-        .issues
-        .push(fault.label("in the housing file").remedy(remedy));
+        .inconsistent(key, message)
+        .label("in the housing file")
+        .remedy(remedy)
+        .report(section.issues);
 }
 
 fn read(root: &Section) -> Option<Housing> {

@@ -36,8 +36,8 @@ pub(super) fn read<'t>(issues: &Issues, entry: &'t Entry) -> Option<Pending<'t>>
             "`{}` takes whole numbers, so no expression can give it",
             entry.key
         );
-        issues.push(fault(entry, message).remedy("give it as { values = [...] }"));
-        return None;
+        let fault = fault(entry, message);
+        return fault.remedy("give it as { values = [...] }").fail(issues);
     }
     match Expression::parse(text) {
         Ok(expression) => Some(Pending {
@@ -47,8 +47,7 @@ pub(super) fn read<'t>(issues: &Issues, entry: &'t Entry) -> Option<Pending<'t>>
         }),
         Err(why) => {
             let message = format!("`{}` cannot be read as an expression: {why}", text.trim());
-            issues.push(fault(entry, message).accepted(ACCEPTED));
-            None
+            fault(entry, message).accepted(ACCEPTED).fail(issues)
         }
     }
 }
@@ -120,12 +119,10 @@ fn axis(
             "`{}` needs `{first}` and `{other}`, which the grid combines, but an expression follows axes that advance together",
             expression.text()
         );
-        issues.push(
-            fault(entry, message)
-                .label("axes that are combined")
-                .remedy("tie them, give the points as a list, or give one of them a factor of its own, such as harmonic_load.NAME.amplitude beside force"),
-        );
-        return None;
+        return fault(entry, message)
+            .label("axes that are combined")
+            .remedy("tie them, give the points as a list, or give one of them a factor of its own, such as harmonic_load.NAME.amplitude beside force")
+            .fail(issues);
     }
     let path = path_of(&entry.key);
     let dimension = dimension_of(derived.spec).unwrap_or(Dimension::Ratio);
@@ -140,10 +137,7 @@ fn axis(
         });
         let value = match value {
             Ok(value) => value,
-            Err(why) => {
-                issues.push(fault(entry, format!("`{}`: {why}", entry.key)));
-                return None;
-            }
+            Err(why) => return fault(entry, format!("`{}`: {why}", entry.key)).fail(issues),
         };
         let given = Given {
             issues,

@@ -3,7 +3,7 @@
 
 use super::grid_axis::GridAxis;
 use crate::manifest::axis::AxisKey;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::modal_keys;
 use crate::manifest::reader::Section;
@@ -71,25 +71,21 @@ pub(super) fn read(
                 displacement,
             }),
         Some((kind, message, label)) => {
-            let path = section.path_of(key);
             let sweepable_axes = sweepable_axes(axes, dimensions);
             let near = schema::nearest(name, &sweepable_axes).map(|near| format!("\"{near}\""));
-            let diagnostic = Diagnostic::new(kind, section.span_of(key), &path, message)
-                .label(label)
-                .accepted(
-                    "name load, torque, speed, or a key of mesh, excitation or a modal file that the grid varies: these keep the coordinates of the state",
-                )
-                .suggestion(near);
-            section.issues.push(if sweepable_axes.is_empty() {
-                diagnostic
-                    .remedy("give such an axis several values, or set order = \"independent\"")
+            let remedy = if sweepable_axes.is_empty() {
+                "give such an axis several values, or set order = \"independent\"".to_owned()
             } else {
-                diagnostic.remedy(format!(
-                    "axes of this grid that can be swept: {}",
-                    sweepable_axes.join(", ")
-                ))
-            });
-            None
+                let sweepable_axes = sweepable_axes.join(", ");
+                format!("axes of this grid that can be swept: {sweepable_axes}")
+            };
+            section
+                .fault(kind, key, message)
+                .label(label)
+                .accepted("name load, torque, speed, or a key of mesh, excitation or a modal file that the grid varies: these keep the coordinates of the state")
+                .suggestion(near)
+                .remedy(remedy)
+                .fail(section.issues)
         }
     }
 }

@@ -25,31 +25,21 @@ pub(super) fn read(
         .map(|key| section_for_criteria(&section, key, by.as_deref().unwrap_or_default()));
     let tolerance = tolerance.quantity("tolerance");
     let longest = longest.integer("longest_period");
+    let impossible = |message: &str| section.whole_fault(DiagnosticKind::Inconsistent, message);
     if super::is_carried(root) {
-        let order = Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span,
-            "grid.refine",
-            "`grid.refine` cannot carry a state: refined points start independently".to_owned(),
-        );
-        root.issues.push(order.label("with `grid.order`").remedy(
-            "set order = \"independent\", or remove refine; analyses.poincare.refine locates changes along \
-             a carried state",
-        ));
-        return None;
+        return impossible("`grid.refine` cannot carry a state: refined points start independently")
+            .label("with `grid.order`")
+            .remedy(
+                "set order = \"independent\", or remove refine; analyses.poincare.refine locates changes along \
+                 a carried state",
+            )
+            .fail(root.issues);
     }
     if !ties.is_empty() {
-        let tied = Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span,
-            "grid.refine",
-            "`grid.refine` divides a plane of two axes, but axes of this grid advance together"
-                .to_owned(),
-        );
-        root.issues.push(tied.label("with tied axes or samples").remedy(
-            "remove refine, or give two axes separate ranges instead of grid.tied, grid.points or distributions",
-        ));
-        return None;
+        return impossible("`grid.refine` divides a plane of two axes, but axes of this grid advance together")
+            .label("with tied axes or samples")
+            .remedy("remove refine, or give two axes separate ranges instead of grid.tied, grid.points or distributions")
+            .fail(root.issues);
     }
     let levels = levels?;
     let varied = plane(section.span, root.issues, axes).filter(|_| whole)?;
@@ -75,19 +65,12 @@ fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
     let words = section.choices("by")?;
     let named = |criterion: &&Criterion| words.contains(&criterion.name());
     let by: Vec<Criterion> = Criterion::VARIANTS.iter().filter(named).copied().collect();
-    let fault = |message: String| {
-        Diagnostic::new(
-            DiagnosticKind::Inconsistent,
-            section.span_of("by"),
-            "grid.refine.by",
-            message,
-        )
-    };
     if by.is_empty() {
-        let nothing = fault("`grid.refine.by` is empty".to_owned()).label("nothing to compare");
-        root.issues
-            .push(nothing.remedy("name a criterion, or remove by"));
-        return None;
+        return section
+            .inconsistent("by", "`grid.refine.by` is empty")
+            .label("nothing to compare")
+            .remedy("name a criterion, or remove by")
+            .fail(root.issues);
     }
     let analyses = root.entry("analyses").map(|analyses| &analyses.node);
     let computed = |name: &str| analyses.is_some_and(|tables| tables.entry(name).is_some());
@@ -96,10 +79,13 @@ fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
     if let Some((criterion, analysis)) = missing_analysis {
         let name = criterion.name();
         let message = format!("`{name}` is not computed without analyses.{analysis}");
-        let remedy = format!("add {analysis} = {{}} to [analyses], or remove {name}");
-        root.issues
-            .push(fault(message).label("not computed").remedy(remedy));
-        return None;
+        return section
+            .inconsistent("by", message)
+            .label("not computed")
+            .remedy(format!(
+                "add {analysis} = {{}} to [analyses], or remove {name}"
+            ))
+            .fail(root.issues);
     }
     Some(by)
 }
@@ -145,9 +131,10 @@ fn plane(span: Span, issues: &Issues, axes: &[GridAxis]) -> Option<[usize; 2]> {
         let message = format!(
             "`grid.refine` divides a plane, so exactly two axes of the grid must have several values ({found})"
         );
-        let fault = fault(span, message).label("not a plane");
-        issues.push(fault.remedy("give two axes several values and all others one value"));
-        return None;
+        return fault(span, message)
+            .label("not a plane")
+            .remedy("give two axes several values and all others one value")
+            .fail(issues);
     };
     let mut fits = true;
     for axis in varied.map(|axis| &axes[axis]) {
@@ -189,23 +176,18 @@ fn fits(section: &Section, nested: NestedGrid) -> Option<()> {
         return Some(());
     }
     let most = (0..nested.levels).rev().find(fit);
-    let mut diagnostic = Diagnostic::new(
-        DiagnosticKind::GridTooLarge,
-        section.span_of("levels"),
-        "grid.refine.levels",
-        format!(
-            "the finest grid would have {} points",
-            points(nested.levels)
-        ),
-    )
-    .label("too many halvings")
-    .accepted(format!(
-        "at most {MAX_POINTS} points, even if few of them are computed"
-    ));
-    diagnostic = match most.filter(|most| *most > 0) {
-        Some(most) => diagnostic.remedy(format!("set levels = {most} or less")),
-        None => diagnostic.remedy("use a coarser grid"),
+    let remedy = match most.filter(|most| *most > 0) {
+        Some(most) => format!("set levels = {most} or less"),
+        None => "use a coarser grid".to_owned(),
     };
-    section.issues.push(diagnostic);
-    None
+    let many = points(nested.levels);
+    let message = format!("the finest grid would have {many} points");
+    section
+        .fault(DiagnosticKind::GridTooLarge, "levels", message)
+        .label("too many halvings")
+        .accepted(format!(
+            "at most {MAX_POINTS} points, even if few of them are computed"
+        ))
+        .remedy(remedy)
+        .fail(section.issues)
 }

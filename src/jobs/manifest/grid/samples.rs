@@ -64,29 +64,21 @@ pub(super) fn read(issues: &Issues, entry: &Entry, tied: bool, base_dir: &Path) 
     let path = path_of(name);
     let spec = axis_key(issues, entry, &path)?;
     if spec.kind == Kind::Integer {
-        let whole = fault(
-            entry.key_span,
-            &path,
-            format!("`{name}` takes whole numbers, so it cannot be a distribution"),
-        );
-        issues.push(
-            whole
-                .label("whole numbers")
-                .remedy("give it as { values = [...] }"),
-        );
-        return None;
+        let message = format!("`{name}` takes whole numbers, so it cannot be a distribution");
+        return fault(entry.key_span, &path, message)
+            .label("whole numbers")
+            .remedy("give it as { values = [...] }")
+            .fail(issues);
     }
     if tied {
         let message = format!(
             "`{name}` is a distribution, so it cannot be tied: all distributions advance together"
         );
         let remedy = "remove it from grid.tied, or give it as { values = [...] }";
-        issues.push(
-            fault(entry.key_span, &path, message)
-                .label("in grid.tied")
-                .remedy(remedy),
-        );
-        return None;
+        return fault(entry.key_span, &path, message)
+            .label("in grid.tied")
+            .remedy(remedy)
+            .fail(issues);
     }
     let mut reader = DistributionReader {
         axis: AxisReader {
@@ -136,12 +128,10 @@ pub(super) fn draw(
             design.most_axes(),
             design.name()
         );
-        section.issues.push(
-            fault(section.span, "grid", message)
-                .label("too many")
-                .accepted(most),
-        );
-        return None;
+        return fault(section.span, "grid", message)
+            .label("too many")
+            .accepted(most)
+            .fail(section.issues);
     }
     drawn.sort_by(|a, b| a.key.rank().cmp(&b.key.rank()));
     let shares = design.shares(drawn.len(), count, seed);
@@ -268,12 +258,10 @@ impl DistributionReader<'_> {
         let [law] = laws[..] else {
             let message = format!("`{}` must have one of {}", self.axis.path, quoted(&LAWS));
             let label = if laws.is_empty() { "no law" } else { "several laws" };
-            self.axis.issues.push(
-                fault(node.span, self.axis.path, message)
-                    .label(label)
-                    .accepted(ACCEPTED),
-            );
-            return None;
+            return fault(node.span, self.axis.path, message)
+                .label(label)
+                .accepted(ACCEPTED)
+                .fail(self.axis.issues);
         };
         let law = self.law(law)?;
         let truncate = match node.entry(TRUNCATE) {
@@ -295,12 +283,10 @@ impl DistributionReader<'_> {
                     self.axis.path
                 )
             };
-            self.axis.issues.push(
-                fault(node.span, self.axis.path, message)
-                    .label("nothing left")
-                    .remedy("give truncate = [low, high], with low < high and most of the distribution between"),
-            );
-            return None;
+            return fault(node.span, self.axis.path, message)
+                .label("nothing left")
+                .remedy("give truncate = [low, high], with low < high and most of the distribution between")
+                .fail(self.axis.issues);
         }
         Some(distribution)
     }
@@ -347,26 +333,22 @@ impl DistributionReader<'_> {
     /// Two finite values of the axis's dimension; with `ratio`, the second is a ratio.
     fn pair(&mut self, entry: &Entry, ratio: bool) -> Option<[f64; 2]> {
         let path = format!("{}.{}", self.axis.path, entry.key);
-        let report_wrong_type = |message: String| {
-            let diagnostic =
-                Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
-            self.axis
-                .issues
-                .push(diagnostic.label("not two values").accepted(ACCEPTED));
+        let issues = self.axis.issues;
+        let wrong_type = |message: String| {
+            Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message)
+                .label("not two values")
+                .accepted(ACCEPTED)
+                .fail(issues)
         };
         let Value::Array(items) = &entry.node.value else {
             let type_name = entry.node.value.type_name();
-            report_wrong_type(format!(
+            return wrong_type(format!(
                 "`{path}` must be a list of two values, not {type_name}"
             ));
-            return None;
         };
         let [first, last] = &items[..] else {
-            report_wrong_type(format!(
-                "`{path}` must have two values, not {}",
-                items.len()
-            ));
-            return None;
+            let count = items.len();
+            return wrong_type(format!("`{path}` must have two values, not {count}"));
         };
         let first = self.axis.unbounded(first, &path)?;
         let last = if ratio {
@@ -377,8 +359,7 @@ impl DistributionReader<'_> {
             self.axis.unbounded(last, &path)?
         };
         if !(first.is_finite() && last.is_finite()) {
-            report_wrong_type(format!("`{path}` has a value that is not a finite number"));
-            return None;
+            return wrong_type(format!("`{path}` has a value that is not a finite number"));
         }
         Some([first, last])
     }
@@ -400,12 +381,11 @@ impl DistributionReader<'_> {
                         "name a column so in the header line, such as {}",
                         VALUES.header
                     );
-                    let missing =
-                        fault(entry.node.span, self.axis.path, message).label("no such column");
-                    self.axis
-                        .issues
-                        .push(missing.accepted(names.join(", ")).remedy(remedy));
-                    return None;
+                    return fault(entry.node.span, self.axis.path, message)
+                        .label("no such column")
+                        .accepted(names.join(", "))
+                        .remedy(remedy)
+                        .fail(self.axis.issues);
                 };
                 column = columns.into_iter().nth(place)?;
                 column
@@ -416,12 +396,10 @@ impl DistributionReader<'_> {
             _ => {
                 let path = format!("{}.empirical", self.axis.path);
                 let message = format!("`{path}` must be a list of values, or the path of a file");
-                let diagnostic =
-                    Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message);
-                self.axis
-                    .issues
-                    .push(diagnostic.label("here").accepted(ACCEPTED));
-                return None;
+                return Diagnostic::new(DiagnosticKind::WrongType, entry.node.span, &path, message)
+                    .label("here")
+                    .accepted(ACCEPTED)
+                    .fail(self.axis.issues);
             }
         };
         let mut values = all_or_none(items.iter().map(|item| self.axis.one(item)))?;

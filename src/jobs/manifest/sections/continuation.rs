@@ -2,7 +2,6 @@
 
 use super::modal_state;
 use crate::analysis::continuation::explore::GivenState;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::expression::Expression;
 use crate::manifest::grid_dimension::GridDimension;
 use crate::manifest::parameter::Parameter;
@@ -132,26 +131,18 @@ fn axis(
         })
         .map(|(_, axis)| axis.name())
         .collect();
-    let path = section.path_of(key);
     let near = schema::nearest(name, &fitting).map(|near| format!("\"{near}\""));
-    let diagnostic = Diagnostic::new(
-        DiagnosticKind::Inconsistent,
-        section.span_of(key),
-        &path,
-        message,
-    )
-    .label(label)
-    .accepted(
-        "name load, torque, speed, or a continuous key that the grid varies between two different values",
-    )
-    .suggestion(near);
-    section.issues.push(if fitting.is_empty() {
-        diagnostic.remedy("give such an axis of [grid] two values: the ends of the interval")
+    let remedy = if fitting.is_empty() {
+        "give such an axis of [grid] two values: the ends of the interval".to_owned()
     } else {
-        diagnostic.remedy(format!(
-            "axes of this grid along which orbits can be followed: {}",
-            fitting.join(", ")
-        ))
-    });
-    None
+        let fitting = fitting.join(", ");
+        format!("axes of this grid along which orbits can be followed: {fitting}")
+    };
+    section
+        .inconsistent(key, message)
+        .label(label)
+        .accepted("name load, torque, speed, or a continuous key that the grid varies between two different values")
+        .suggestion(near)
+        .remedy(remedy)
+        .fail(section.issues)
 }

@@ -3,7 +3,7 @@
 use super::backlash::MeshContext;
 use super::friction::shared_as_long;
 use crate::gear::{EvenSharing, FaultyTeeth, GearError, GearPair, RootCrack, ToothFault};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
+use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{CoastSpec, StiffnessSpec, StructureSource};
 use crate::structure::MOST_BASE_CYCLES;
@@ -14,10 +14,9 @@ const KEY: &str = "tooth_fault";
 
 /// Reports a fault of the key in `[mesh]`.
 fn refuse(mesh: &Section, message: String, remedy: &'static str) {
-    let (span, path) = (mesh.span_of(KEY), mesh.path_of(KEY));
-    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, message);
-    mesh.issues
-        .push(fault.label("single teeth differ").remedy(remedy));
+    let fault = mesh.inconsistent(KEY, message);
+    let fault = fault.label("single teeth differ").remedy(remedy);
+    fault.report(mesh.issues);
 }
 
 /// Whether the drawing is needed.

@@ -1,6 +1,5 @@
 //! The table `[train.housing]`, and the bearings on its nodes.
 
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::housing_file;
 use crate::manifest::reader::Section;
 use crate::manifest::schema::{nearest, quoted};
@@ -54,16 +53,10 @@ fn report_unknown_node(bearing: &Section, name: &str, nodes: &[&str]) {
             ),
         ),
     };
-    let mut fault = Diagnostic::new(
-        DiagnosticKind::Inconsistent,
-        bearing.span_of("housing"),
-        &bearing.path_of("housing"),
-        message,
-    )
-    .label("no such node")
-    .remedy(remedy);
+    let mut fault = bearing.inconsistent("housing", message);
     if !nodes.is_empty() {
         fault = fault.accepted(quoted(nodes));
     }
-    bearing.issues.push(fault);
+    let fault = fault.label("no such node").remedy(remedy);
+    fault.report(bearing.issues);
 }

@@ -1,7 +1,6 @@
 //! Do hubs fit between the other parts on their shaft?
 
 use crate::gear::{Hub, ToothForm};
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind};
 use crate::manifest::reader::Section;
 use crate::shaft::{Bearing, ShaftSection, TrainGear};
 
@@ -96,8 +95,6 @@ pub(super) fn hub_is_on_shaft(
 /// A fault of a hub, at its diameter if the key is absent.
 fn hub_fault(table: &Section, key: &str, what: String, [label, remedy]: [&str; 2]) -> Option<()> {
     let key = if table.has(key) { key } else { "hub_diameter" };
-    let (span, path) = (table.span_of(key), table.path_of(key));
-    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-    table.issues.push(fault.label(label).remedy(remedy));
-    None
+    let fault = table.inconsistent(key, what);
+    fault.label(label).remedy(remedy).fail(table.issues)
 }

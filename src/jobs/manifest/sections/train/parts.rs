@@ -109,11 +109,11 @@ impl Parts<'_> {
         let name = &self.shafts[shaft].name;
         let known: Vec<&str> = named.iter().map(|shaft| shaft.name.as_str()).collect();
         let what = format!("`{name}` is one of the planets, and no motor drives one of them alone");
-        let fault = unknown_name(section, "driver", "driver", what, &known);
-        section.issues.push(fault.remedy(
-            "name the shaft of the sun, the ring or the carrier, or one that is coupled to it",
-        ));
-        None
+        unknown_name(section, "driver", "driver", what, &known)
+            .remedy(
+                "name the shaft of the sun, the ring or the carrier, or one that is coupled to it",
+            )
+            .fail(section.issues)
     }
 
     fn shaft_named(&self, section: &Section, key: &str, name: &str) -> Option<usize> {
@@ -121,9 +121,10 @@ impl Parts<'_> {
         if index.is_none() {
             let known: Vec<&str> = self.shafts.iter().map(|s| s.name.as_str()).collect();
             let what = format!("there is no shaft `{name}`");
-            section.issues.push(
-                unknown_name(section, key, "shaft", what, &known).suggestion(near(name, &known)),
-            );
+            let unknown = unknown_name(section, key, "shaft", what, &known);
+            unknown
+                .suggestion(near(name, &known))
+                .report(section.issues);
         }
         index
     }
@@ -185,11 +186,8 @@ impl Parts<'_> {
         {
             let gears = [a, b].map(|gear| gear.name.trim_end_matches(" 1").to_owned());
             let error = TrainError::PlanetsMesh { gears };
-            let (span, path) = (section.span_of(key), section.path_of(key));
-            let kind = DiagnosticKind::Inconsistent;
-            return Diagnostic::new(kind, span, &path, error.to_string())
-                .label("both are planets")
-                .fail(section.issues);
+            let fault = section.inconsistent(key, error.to_string());
+            return fault.label("both are planets").fail(section.issues);
         } else if a.module != b.module {
             Some(format!(
                 "their modules are {} m and {} m",
@@ -303,23 +301,19 @@ impl Parts<'_> {
             section
                 .inconsistent(key, message)
                 .label("these gears at the positions of their shafts")
-                .report(section.issues);
+                .fail(section.issues)
         };
         let names = gears.map(|place| &train.gear(place).name);
         let beside = match train.parallel_placement(gears) {
             Ok(Some(beside)) => beside,
             Ok(None) if pair.helix_angle != 0.0 => {
                 let [one, two] = names;
-                refuse(format!(
+                return refuse(format!(
                     "gears `{one}` and `{two}` are helical, but their axes are not parallel: bevel gears are straight"
                 ));
-                return None;
             }
             Ok(None) => return Some((pair, false)),
-            Err(error) => {
-                refuse(error.to_string());
-                return None;
-            }
+            Err(error) => return refuse(error.to_string()),
         };
         let distance = beside.centre_distance;
         set_common_face(&mut pair, &beside);
@@ -336,8 +330,7 @@ impl Parts<'_> {
                 let millimetres = 1e3 * distance;
                 refuse(format!(
                     "gears `{one}` and `{two}` cannot mesh with their axes {millimetres:.6} mm apart: {error}"
-                ));
-                None
+                ))
             }
         }
     }
@@ -361,14 +354,10 @@ fn unknown_name(
     message: String,
     known: &[&str],
 ) -> Diagnostic {
-    Diagnostic::new(
-        DiagnosticKind::OutOfRange,
-        section.span_of(key),
-        &section.path_of(key),
-        message,
-    )
-    .label(format!("not a {what} of [train]"))
-    .accepted(crate::manifest::schema::quoted(known))
+    section
+        .fault(DiagnosticKind::OutOfRange, key, message)
+        .label(format!("not a {what} of [train]"))
+        .accepted(crate::manifest::schema::quoted(known))
 }
 
 fn near(name: &str, known: &[&str]) -> Option<String> {

@@ -5,7 +5,7 @@ use super::parts::{Parts, Planets, SunMesh};
 use super::rolling;
 use super::shaft;
 use crate::gear::ToothForm;
-use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
+use crate::manifest::diagnostic::{DiagnosticKind, Issues};
 use crate::manifest::reader::{Section, all_or_none};
 use crate::shaft::{
     Bearing, Drag, GearPlace, Motion, Planet, PlanetarySet, TrainDrive, TrainError, TrainMesh,
@@ -77,8 +77,8 @@ fn names(tables: &[Section], issues: &Issues, shafts: &[TrainShaft]) -> Option<V
             }
             (None, None) => continue,
         };
-        let (span, path) = (table.span, &table.path);
-        return Diagnostic::new(DiagnosticKind::Inconsistent, span, path, what)
+        return table
+            .whole_fault(DiagnosticKind::Inconsistent, what)
             .label("names must differ")
             .remedy("give the planets another name, such as name = \"idler\"")
             .fail(issues);
@@ -183,10 +183,8 @@ fn carrier(
     let error = TrainError::CarrierIsPlanet {
         planet: name.to_owned(),
     };
-    let (span, path) = (table.span_of("carrier"), table.path_of("carrier"));
-    let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, error.to_string());
-    table.issues.push(fault.label("this is a planet"));
-    None
+    let fault = table.inconsistent("carrier", error.to_string());
+    fault.label("this is a planet").fail(table.issues)
 }
 
 /// Angles of the planets from the first one \[rad\].
@@ -195,11 +193,8 @@ fn angles(table: &Section) -> Option<Vec<f64>> {
         table.given_twice(&["count"], "angles", "give the number of planets");
         let angles = table.quantities("angles", None)?;
         if angles.is_empty() {
-            let (span, path) = (table.span_of("angles"), table.path_of("angles"));
-            let what = "a planetary set has no planets".to_owned();
-            let fault = Diagnostic::new(DiagnosticKind::Inconsistent, span, &path, what);
-            table.issues.push(fault.label("give one angle per planet"));
-            return None;
+            let fault = table.inconsistent("angles", "a planetary set has no planets");
+            return fault.label("give one angle per planet").fail(table.issues);
         }
         return Some(angles);
     }
