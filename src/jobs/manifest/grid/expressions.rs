@@ -8,7 +8,6 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 use crate::manifest::expression::{ACCEPTED, Expression};
 use crate::manifest::reader::Given;
 use crate::manifest::schema::{self, Key, Kind};
-use crate::manifest::spec::Axis;
 use crate::manifest::tree::{Entry, Value};
 use crate::units::Dimension;
 
@@ -153,16 +152,9 @@ fn axis(
             None => groups.push(vec![first, axes.len()]),
         }
     }
-    Some(GridAxis {
-        axis: Axis {
-            key: AxisKey::of(&entry.key),
-            unit: dimension.unit().to_owned(),
-            values: AxisValues::each(values),
-        },
-        key_span: entry.key_span,
-        dimension,
-        spans: Spans::Whole(entry.node.span),
-    })
+    let values = (AxisValues::each(values), Spans::Whole(entry.node.span));
+    let key = AxisKey::of(&entry.key);
+    Some(GridAxis::new(key, entry.key_span, dimension, values))
 }
 
 /// The fault of an expression without a value: an unknown name, or a circle of expressions.

@@ -18,18 +18,25 @@ pub(in crate::manifest) struct GridAxis {
 }
 
 impl GridAxis {
+    pub(super) fn new(
+        key: AxisKey,
+        key_span: Span,
+        dimension: Dimension,
+        (values, spans): (AxisValues, Spans),
+    ) -> Self {
+        let unit = dimension.unit().to_owned();
+        Self {
+            axis: Axis { key, unit, values },
+            key_span,
+            dimension,
+            spans,
+        }
+    }
+
     /// An axis with one ratio for all points. The text does not give this ratio; messages point to `span`.
     pub(super) fn single(key: AxisKey, value: f64, span: Span) -> Self {
-        Self {
-            axis: Axis {
-                key,
-                unit: Dimension::Ratio.unit().to_owned(),
-                values: AxisValues::each(vec![value]),
-            },
-            key_span: span,
-            dimension: Dimension::Ratio,
-            spans: Spans::Whole(span),
-        }
+        let values = (AxisValues::each(vec![value]), Spans::Whole(span));
+        Self::new(key, span, Dimension::Ratio, values)
     }
 
     /// Dimension of its values.

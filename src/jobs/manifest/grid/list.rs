@@ -1,6 +1,6 @@
 //! `grid.points`: a list of operating points, in the manifest or in a file. Its columns are tied axes.
 
-use super::axis_key::{axis_key, dimension_of, path_of};
+use super::axis_key::path_of;
 use super::grid_axis::GridAxis;
 use super::values::{AxisReader, Spans};
 use crate::manifest::axis::{AxisKey, AxisValues};
@@ -8,7 +8,6 @@ use crate::manifest::columns::{self, Column};
 use crate::manifest::csv::ListOf;
 use crate::manifest::diagnostic::Issues;
 use crate::manifest::reader::{Section, all_or_none};
-use crate::manifest::spec::Axis;
 use crate::units::Dimension;
 use std::path::Path;
 
@@ -52,26 +51,14 @@ pub(super) fn read(section: &Section, base_dir: &Path) -> Option<List> {
 fn axis(issues: &Issues, column: &Column) -> Option<GridAxis> {
     let name = column.name.key.as_str();
     let path = path_of(name);
-    let spec = axis_key(issues, &column.name, &path)?;
-    let mut reader = AxisReader {
-        issues,
-        spec,
-        path: &path,
-        dimension: dimension_of(spec),
-    };
+    let mut reader = AxisReader::of(issues, &column.name, &path)?;
     column
         .unit_fits(issues, &path, reader.dimension)
         .then_some(())?;
     let values = all_or_none((column.values.iter()).map(|value| reader.one(value)))?;
+    let spans = Spans::Each(column.values.iter().map(|value| value.span).collect());
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
-    Some(GridAxis {
-        axis: Axis {
-            key: AxisKey::of(name),
-            unit: dimension.unit().to_owned(),
-            values: AxisValues::each(values),
-        },
-        key_span: column.name.key_span,
-        dimension,
-        spans: Spans::Each(column.values.iter().map(|value| value.span).collect()),
-    })
+    let values = (AxisValues::each(values), spans);
+    let (key, key_span) = (AxisKey::of(name), column.name.key_span);
+    Some(GridAxis::new(key, key_span, dimension, values))
 }

@@ -19,7 +19,7 @@ use super::reader::Section;
 use super::spec::{Axis, Carried, Refine, Samples};
 use super::tree::{Entry, Value};
 use crate::units::Dimension;
-use axis_key::{axis_key, dimension_of, path_of};
+use axis_key::path_of;
 pub(super) use grid_axis::GridAxis;
 pub(super) use order::is_carried;
 use samples::{Drawn, DrawnAxes};
@@ -285,23 +285,9 @@ fn size_is_accepted(section: &Section, axes: &Axes, directions: usize) -> bool {
 fn read_axis(issues: &Issues, entry: &Entry, tied: bool) -> Option<GridAxis> {
     let name = entry.key.as_str();
     let path = path_of(name);
-    let spec = axis_key(issues, entry, &path)?;
-    let mut reader = AxisReader {
-        issues,
-        spec,
-        path: &path,
-        dimension: dimension_of(spec),
-    };
-    let (values, spans) = reader.read(&entry.node, tied)?;
+    let mut reader = AxisReader::of(issues, entry, &path)?;
+    let values = reader.read(&entry.node, tied)?;
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
-    Some(GridAxis {
-        axis: Axis {
-            key: AxisKey::of(name),
-            unit: dimension.unit().to_owned(),
-            values,
-        },
-        key_span: entry.key_span,
-        dimension,
-        spans,
-    })
+    let key = AxisKey::of(name);
+    Some(GridAxis::new(key, entry.key_span, dimension, values))
 }

@@ -1,6 +1,6 @@
 //! Axes that are distributions: their text, and the values that are drawn.
 
-use super::axis_key::{axis_key, dimension_of, path_of};
+use super::axis_key::path_of;
 use super::grid_axis::GridAxis;
 use super::values::{AxisReader, Spans};
 use crate::manifest::axis::{AxisKey, AxisValues};
@@ -10,7 +10,7 @@ use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::distribution::{Distribution, Law};
 use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::schema::{self, Key, Kind, quoted};
-use crate::manifest::spec::{Axis, Design, Samples};
+use crate::manifest::spec::{Design, Samples};
 use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::Dimension;
 use std::path::Path;
@@ -62,7 +62,8 @@ pub(super) fn is_distribution(node: &Node) -> bool {
 pub(super) fn read(issues: &Issues, entry: &Entry, tied: bool, base_dir: &Path) -> Option<Drawn> {
     let name = entry.key.as_str();
     let path = path_of(name);
-    let spec = axis_key(issues, entry, &path)?;
+    let axis = AxisReader::of(issues, entry, &path)?;
+    let spec = axis.spec;
     if spec.kind == Kind::Integer {
         let message = format!("`{name}` takes whole numbers, so it cannot be a distribution");
         return fault(entry.key_span, &path, message)
@@ -81,12 +82,7 @@ pub(super) fn read(issues: &Issues, entry: &Entry, tied: bool, base_dir: &Path) 
             .fail(issues);
     }
     let mut reader = DistributionReader {
-        axis: AxisReader {
-            issues,
-            spec,
-            path: &path,
-            dimension: dimension_of(spec),
-        },
+        axis,
         name,
         base_dir,
     };
@@ -174,16 +170,8 @@ impl Drawn {
     }
 
     fn axis(self, values: Vec<f64>) -> GridAxis {
-        GridAxis {
-            axis: Axis {
-                key: self.key,
-                unit: self.dimension.unit().to_owned(),
-                values: AxisValues::each(values),
-            },
-            key_span: self.key_span,
-            dimension: self.dimension,
-            spans: Spans::Whole(self.span),
-        }
+        let values = (AxisValues::each(values), Spans::Whole(self.span));
+        GridAxis::new(self.key, self.key_span, self.dimension, values)
     }
 
     /// Whether all values are in the range of the key; reports if not. A damping coefficient has no range.

@@ -1,5 +1,6 @@
 //! The values of one axis: one value, a list, or an even range.
 
+use super::axis_key::{axis_key, dimension_of};
 use crate::manifest::axis::AxisValues;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use crate::manifest::reader::{Given, all_or_none};
@@ -32,7 +33,18 @@ pub(super) struct AxisReader<'a> {
     pub dimension: Option<Dimension>,
 }
 
-impl AxisReader<'_> {
+impl<'a> AxisReader<'a> {
+    /// The reader for the key of an axis; a name that is no key is reported.
+    pub fn of(issues: &'a Issues, entry: &Entry, path: &'a str) -> Option<Self> {
+        let spec = axis_key(issues, entry, path)?;
+        Some(Self {
+            issues,
+            spec,
+            path,
+            dimension: dimension_of(spec),
+        })
+    }
+
     /// The values in SI and their places; `None` if there is a fault, which is reported. A value may repeat only if
     /// `repeats`.
     pub fn read(&mut self, node: &Node, repeats: bool) -> Option<(AxisValues, Spans)> {
