@@ -2,6 +2,7 @@
 
 use crate::analysis::{GrowthNorm, NvhConfig, Section, SliceOf};
 use crate::manifest::PointSpec;
+use crate::units::plural;
 
 /// All analyses with their settings, separated by commas.
 pub(super) fn analyses(point: &PointSpec) -> String {
@@ -15,9 +16,8 @@ pub(super) fn analyses(point: &PointSpec) -> String {
             GrowthNorm::Energy => "",
         };
         format!(
-            "lyapunov ({} exponent{}{raw}{stop})",
-            lyapunov.exponents,
-            if lyapunov.exponents == 1 { "" } else { "s" }
+            "lyapunov ({}{raw}{stop})",
+            plural(lyapunov.exponents, "exponent"),
         )
     });
     let poincare = analyses.poincare.as_ref().map(|poincare| {

@@ -5,6 +5,7 @@ use super::point::number;
 use crate::manifest::{PointSpec, StructureSource};
 use crate::model::{DriveShaft, MeshHarmonic};
 use crate::structure::{ModalStructure, StructureContact};
+use crate::units::plural;
 use serde_json::{Value, json};
 
 /// One cause of vibration.
@@ -126,9 +127,8 @@ fn imposed(whose: &str, cause: &str, errors: Option<&Vec<MeshHarmonic>>) -> Opti
         .collect();
     Some(Cause {
         text: format!(
-            "{} imposed harmonic{} of transmission error{whose} ({})",
-            errors.len(),
-            if errors.len() == 1 { "" } else { "s" },
+            "{} of transmission error{whose} ({})",
+            plural(errors.len(), "imposed harmonic"),
             sizes.join(", ")
         ),
         value: json!({ "cause": cause, "amplitudes": amplitudes }),

@@ -2,6 +2,7 @@
 
 use crate::manifest::{Carried, Design, Job, Law};
 use crate::report::{Unit, to_digits};
+use crate::units::plural;
 use serde_json::{Value, json};
 
 /// `80 = 8 load x 10 speed`; for a refined grid the smallest and the largest number of computed points.
@@ -14,10 +15,7 @@ pub fn points(job: &Job) -> String {
     let Some(refine) = &job.refine else {
         return all;
     };
-    let halvings = match refine.nested.levels {
-        1 => "1 halving".to_owned(),
-        levels => format!("{levels} halvings"),
-    };
+    let halvings = plural(refine.nested.levels as usize, "halving");
     format!(
         "{} = {}; more where {} differ, up to {halvings} of each interval: at most {all}",
         refine.nested.places(0),
@@ -53,8 +51,8 @@ pub fn order(job: &Job, carried: &Carried) -> String {
     let chains = job.points.len() / carried.length;
     let directions: Vec<&str> = carried.directions.iter().map(|d| d.name()).collect();
     format!(
-        "{chains} {} of {} points, carried along {} ({}); {}",
-        if chains == 1 { "chain" } else { "chains" },
+        "{} of {} points, carried along {} ({}); {}",
+        plural(chains, "chain"),
         carried.length,
         (job.tied(carried.axis)
             .iter()

@@ -14,6 +14,7 @@ use crate::store::{Characteristics, Shard, StoreError};
 use crate::sweep::Prepared;
 use crate::sweep::{self, Forecast, Interval, Options, Sweep};
 use crate::topology::Source;
+use crate::units::plural;
 use clap::Args;
 use serde_json::json;
 use std::path::PathBuf;
@@ -166,10 +167,7 @@ impl Machines {
 
 impl Measured {
     fn text(&self) -> String {
-        let threads = |count: u64| match count {
-            1 => "1 thread".to_owned(),
-            _ => format!("{count} threads"),
-        };
+        let threads = |count: u64| plural(count as usize, "thread");
         let noise = |rate: &MachineRate| {
             if rate.quiet { "" } else { ", while the machine was busy" }
         };

@@ -12,6 +12,7 @@ use crate::sweep::{
     ExistingResults, Finished, JobRun, JobRunEnd, JobRunError, Options, SweepError,
     inspect_existing_results,
 };
+use crate::units::plural;
 use std::path::Path;
 
 /// Runs a job: status 0 if done, 2 for bad input, 3 if points failed, 4 if another process computes the same, 130 if
@@ -102,11 +103,11 @@ fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> Strin
     };
     let folder = folder.display();
     let mut text = format!(
-        "{} of {} points in {:.1} s on {threads} {}",
+        "{} of {} points in {:.1} s on {}",
         finished.recorded.progress.done,
         finished.points,
         totals.wall_time,
-        if threads == 1 { "thread" } else { "threads" },
+        plural(threads as usize, "thread"),
     );
     if totals.resumed > 0 {
         text += &format!(", {} of them kept from an interrupted run", totals.resumed);

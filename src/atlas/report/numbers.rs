@@ -1,5 +1,7 @@
 //! How are numbers formatted for readers?
 
+pub(super) use crate::units::plural;
+
 /// At least four significant digits, and all digits before the point, without trailing zeros.
 pub(super) fn number(value: f64) -> String {
     let before_point = value.abs().log10().floor() + 1.0;
@@ -18,14 +20,6 @@ pub fn to_digits(value: f64, digits: usize) -> String {
         format!("{}", rounded + 0.0)
     } else {
         format!("{rounded:e}")
-    }
-}
-
-/// `1 point`, `3 points`.
-pub(super) fn plural(count: usize, noun: &str) -> String {
-    match count {
-        1 => format!("1 {noun}"),
-        _ => format!("{count} {noun}s"),
     }
 }
 

@@ -147,14 +147,13 @@ fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
     let nested = refined.nested;
     let [rows, columns] = nested.sides(nested.levels);
     let share = 100.0 * summary.points as f64 / nested.places(nested.levels) as f64;
-    let plural = if nested.levels == 1 { "" } else { "s" };
     format!(
-        "refined by {}: from {} x {} points by up to {} halving{plural}, {} % of {rows} x {columns}\n  every point \
+        "refined by {}: from {} x {} points by up to {}, {} % of {rows} x {columns}\n  every point \
          starts from run.initial ({}); where motions coexist, the map shows the motions reached from this state",
         printable(&refined.by),
         nested.coarse[0],
         nested.coarse[1],
-        nested.levels,
+        plural(nested.levels as usize, "halving"),
         number(share),
         printable(&refined.start),
     )

@@ -3,6 +3,7 @@
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Source};
 use super::excerpt::Excerpt;
 use crate::input::printable;
+use crate::units::plural;
 use codespan_reporting::diagnostic as codespan;
 use codespan_reporting::term;
 use std::borrow::Cow;
@@ -44,10 +45,7 @@ impl ManifestErrors {
 
     /// One line with their number and the manifest's name.
     pub fn summary(&self) -> String {
-        let count = match self.count() {
-            1 => "1 error".to_owned(),
-            count => format!("{count} errors"),
-        };
+        let count = plural(self.count(), "error");
         let name = name(&self.sources);
         format!("{name}: {count}; nothing was computed or written")
     }
@@ -88,10 +86,7 @@ impl Warnings {
 
     /// One line with their number and the manifest's name.
     pub fn summary(&self) -> String {
-        let count = match self.diagnostics.len() {
-            1 => "1 warning".to_owned(),
-            count => format!("{count} warnings"),
-        };
+        let count = plural(self.diagnostics.len(), "warning");
         format!("{}: {count}", name(&self.sources))
     }
 

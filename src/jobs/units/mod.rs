@@ -20,6 +20,14 @@ pub fn short(value: f64, decimals: usize) -> String {
     }
 }
 
+/// `1 point`, `3 points`.
+pub fn plural(count: usize, noun: &str) -> String {
+    match count {
+        1 => format!("1 {noun}"),
+        _ => format!("{count} {noun}s"),
+    }
+}
+
 /// The dimension of a quantity, which determines the accepted units.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Dimension {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::report::numbers::number;
+use crate::report::numbers::{number, plural};
 use crate::report::summary::Summary;
 
 /// Appends the counts of branches, bifurcations and curves.
@@ -12,10 +12,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
         return;
     };
     let [low, high] = found.range.map(number);
-    let lines = match found.lines {
-        1 => "1 line".to_owned(),
-        count => format!("{count} lines"),
-    };
+    let lines = plural(found.lines, "line");
     _ = writeln!(
         text,
         "\norbits followed over {}, {}, {lines}",

@@ -4,6 +4,7 @@ use crate::manifest::reader::Section;
 use crate::manifest::schema;
 use crate::manifest::tree::entries;
 use crate::structure::Coupling;
+use crate::units::plural;
 
 /// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest entry: the error of a file
 /// with six digits.
@@ -39,8 +40,7 @@ fn matrix(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> 
     let rows = root.rows(name)?;
     let modes = modes?;
     let fault = if rows.len() != modes {
-        let plural = if rows.len() == 1 { "" } else { "s" };
-        format!("`{name}` has {} row{plural}", rows.len())
+        format!("`{name}` has {}", plural(rows.len(), "row"))
     } else if let Some(row) = rows.iter().position(|row| row.len() != modes) {
         let count = entries(rows[row].len());
         format!("row {} of `{name}` has {count}", row + 1)
