@@ -7,7 +7,7 @@ use super::kernel::{self, FirstKernel};
 use super::loaded_bearings::LoadedBearings;
 use super::manifest_args::{ManifestArgs, report, warn};
 use super::structure::{self, Structure};
-use super::{BAD_INPUT, answer, grid, words};
+use super::{BAD_INPUT, answer, grid, pretty, words};
 use crate::gear::{CycleDivision, MeshTableSpec};
 use crate::input::{clipped, printable};
 use crate::manifest::{
@@ -43,17 +43,16 @@ pub fn run(args: &CheckArgs) -> ExitCode {
         Ok(job) => {
             let name = args.manifest.name();
             let text = if args.json {
-                format!("{:#}\n", job_json(&name, &job))
+                pretty(&job_json(&name, &job))
             } else {
                 warn(&job.warnings);
                 summary(&name, &job)
             };
             answer(&text, ExitCode::SUCCESS)
         }
-        Err(errors) if args.json => answer(
-            &format!("{:#}\n", errors_json(&errors)),
-            ExitCode::from(BAD_INPUT),
-        ),
+        Err(errors) if args.json => {
+            answer(&pretty(&errors_json(&errors)), ExitCode::from(BAD_INPUT))
+        }
         Err(errors) => {
             report(&errors);
             ExitCode::from(BAD_INPUT)

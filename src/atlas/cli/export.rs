@@ -1,6 +1,6 @@
 //! `atlas export`: tables of a results or trace folder for other programs.
 
-use super::{BAD_INPUT, Status, answer, fail, with_causes};
+use super::{BAD_INPUT, Status, answer, fail, reply, with_causes};
 use crate::export::{ExportError, ExportRequest, Format, Lists, Surveyed, export, survey_folder};
 use crate::store::StoreError;
 use clap::Args;
@@ -64,21 +64,14 @@ pub fn run(args: &ExportArgs) -> Status {
         Ok(found) => found,
         Err(error) => return Err(fail(status(&error), &with_causes(&error))),
     };
-    let text = match (args.json, args.quiet, args.list) {
-        (true, ..) => format!(
-            "{:#}\n",
-            json!({
-                "files": files,
-                "tables": tables.iter().map(table_json).collect::<Vec<_>>(),
-            })
-        ),
-        (_, true, _) => String::new(),
-        (_, _, true) => tables.iter().map(table_text).collect::<Vec<_>>().join("\n"),
-        _ => files
-            .iter()
-            .map(|file| format!("{}\n", file.display()))
-            .collect(),
+    let json = || {
+        let tables: Vec<_> = tables.iter().map(table_json).collect();
+        json!({ "files": files, "tables": tables })
     };
+    let listed = || tables.iter().map(table_text).collect::<Vec<_>>().join("\n");
+    let written = || (files.iter().map(|file| format!("{}\n", file.display()))).collect();
+    let text = || if args.list { listed() } else { written() };
+    let text = reply(args.json, args.quiet, json, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

@@ -5,7 +5,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::status::failure;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, reply, with_causes};
 use crate::analysis::continuation::end::End;
 use crate::input::printable;
 use crate::manifest::Job;
@@ -14,7 +14,6 @@ use crate::store::{TableKind, table_path};
 use crate::sweep::{FollowError, Followed, Prepared, WORKER, follow_job, write_branches};
 use clap::Args;
 use serde::Serialize;
-use serde_json::json;
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
@@ -90,11 +89,8 @@ pub fn run(args: &FollowArgs) -> Status {
     if let Err(error) = write_branches(&job, &census.folder, &followed) {
         return Err(fail(failure(&error), &with_causes(&error)));
     }
-    let text = match (args.json, args.quiet) {
-        (true, _) => format!("{:#}\n", json!(census)),
-        (false, true) => String::new(),
-        (false, false) => census.text(&job, &followed),
-    };
+    let text = || census.text(&job, &followed);
+    let text = reply(args.json, args.quiet, || &census, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

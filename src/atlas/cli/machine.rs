@@ -2,7 +2,9 @@
 
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::size::size;
-use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, answer, fail, line, plot};
+use super::{
+    BAD_INPUT, INTERRUPTED, OrFail, Status, answer, either, fail, line, plot, pretty, reply,
+};
 use crate::characterize::compare::{Comparison, Pair, compare};
 use crate::characterize::{self, Extent, Part, Progress, Settings};
 use crate::report::{machine_page, machine_pictures, size_text};
@@ -138,11 +140,8 @@ fn measure(args: &MeasureArgs) -> Status {
     begin_writing();
     characteristics.write(&folder).or_explain(1)?;
     let pictures = draw(&characteristics, &folder).or_fail(1)?;
-    let text = match (args.json, args.quiet) {
-        (true, _) => json(&characteristics),
-        (_, true) => String::new(),
-        _ => page(&characteristics, &folder, pictures),
-    };
+    let text = || page(&characteristics, &folder, pictures);
+    let text = reply(args.json, args.quiet, || &characteristics, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
@@ -151,14 +150,6 @@ fn page(characteristics: &Characteristics, folder: &Path, pictures: usize) -> St
     let page = machine_page(characteristics);
     format!(
         "{page}\n{folder}: machine.json, one Parquet file per measurement, {pictures} pictures\n"
-    )
-}
-
-fn json<T: serde::Serialize>(value: &T) -> String {
-    // Plain data always have a JSON form.
-    format!(
-        "{}\n",
-        serde_json::to_string_pretty(value).unwrap_or_default()
     )
 }
 
@@ -173,7 +164,7 @@ fn show(args: &ShowArgs) -> Status {
     let folder = args.folder.clone().unwrap_or_else(default_folder);
     let characteristics = Characteristics::read(&folder).or_explain(BAD_INPUT)?;
     if args.json {
-        return Ok(answer(&json(&characteristics), ExitCode::SUCCESS));
+        return Ok(answer(&pretty(&characteristics), ExitCode::SUCCESS));
     }
     let pictures = draw(&characteristics, &folder).or_fail(1)?;
     Ok(answer(
@@ -186,7 +177,8 @@ fn compared(args: &CompareArgs) -> Status {
     let a = Characteristics::read(&args.a).or_explain(BAD_INPUT)?;
     let b = Characteristics::read(&args.b).or_explain(BAD_INPUT)?;
     let comparison = compare(&a, &b);
-    let text = if args.json { json(&comparison) } else { comparison_text(&a, &b, &comparison) };
+    let text = || comparison_text(&a, &b, &comparison);
+    let text = either(args.json, || &comparison, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

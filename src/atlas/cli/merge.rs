@@ -1,6 +1,6 @@
 //! `atlas merge DIR… --out DIR`: joins the shards of a job into one set of results.
 
-use super::{BAD_INPUT, Status, answer, fail, warn, with_causes};
+use super::{BAD_INPUT, Status, answer, fail, reply, warn, with_causes};
 use crate::store::{MergeError, merge, mixed_instructions_warning};
 use clap::Args;
 use std::path::PathBuf;
@@ -38,18 +38,13 @@ pub fn run(args: &MergeArgs) -> Status {
     if let Some(warning) = mixed_instructions_warning(&record.machine.instructions) {
         warn(&warning);
     }
-    if args.json {
-        // A record is plain data and always has a JSON form.
-        let json = serde_json::to_string_pretty(&record).unwrap_or_default();
-        return Ok(answer(&format!("{json}\n"), ExitCode::SUCCESS));
-    }
-    if args.quiet {
-        return Ok(ExitCode::SUCCESS);
-    }
     let (shards, points) = (record.shards.len(), record.totals.points);
     let out = args.out.display();
-    let text = format!(
-        "{points} points of {shards} shards joined\nresults in {out}; `atlas show {out}` summarises them\n"
-    );
+    let text = || {
+        format!(
+            "{points} points of {shards} shards joined\nresults in {out}; `atlas show {out}` summarises them\n"
+        )
+    };
+    let text = reply(args.json, args.quiet, || &record, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }

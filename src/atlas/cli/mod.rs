@@ -49,6 +49,7 @@ mod words;
 use crate::input::{printable, printable_but_colours, with_causes};
 use crate::sweep::silence_reported_panics;
 use clap::{CommandFactory, Parser, Subcommand};
+use serde::Serialize;
 use std::borrow::Cow;
 use std::error::Error;
 use std::ffi::OsString;
@@ -237,12 +238,31 @@ fn answer(text: &str, status: ExitCode) -> ExitCode {
 }
 
 /// A JSON document if it is requested, otherwise the text.
-fn either(
+fn either<D: Serialize>(
     json: bool,
-    document: impl FnOnce() -> serde_json::Value,
+    document: impl FnOnce() -> D,
     text: impl FnOnce() -> String,
 ) -> String {
-    if json { format!("{:#}\n", document()) } else { text() }
+    if json { pretty(&document()) } else { text() }
+}
+
+/// As [`either`], but nothing instead of the text if `quiet`.
+fn reply<D: Serialize>(
+    json: bool,
+    quiet: bool,
+    document: impl FnOnce() -> D,
+    text: impl FnOnce() -> String,
+) -> String {
+    either(
+        json,
+        document,
+        || if quiet { String::new() } else { text() },
+    )
+}
+
+/// A JSON document; plain data always have one.
+fn pretty(document: &impl Serialize) -> String {
+    serde_json::to_string_pretty(document).unwrap_or_default() + "\n"
 }
 
 /// Refuses to replace a file unless that is requested; `remedy` says what else to do.

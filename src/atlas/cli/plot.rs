@@ -11,7 +11,9 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
-use super::{BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, with_causes};
+use super::{
+    BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, reply, with_causes,
+};
 use crate::manifest::Measured;
 use crate::report::{
     Amount, Display, Drawn, Log, NoAmount, Picture, PictureKind, PictureRequest, PlotRequest,
@@ -266,21 +268,14 @@ pub fn run(args: &PlotArgs) -> Status {
     };
     let folder = args.out.clone().unwrap_or_else(default);
     let files = write(&drawn.pictures, &folder, args.format).or_fail(1)?;
-    let mut text = String::new();
-    if args.json {
-        text = format!(
-            "{:#}\n",
-            json!({ "files": files, "notes": drawn.notes, "resonances": resonances })
-        );
-    } else if !args.quiet {
-        for file in &files {
-            text.push_str(&format!("{}\n", file.display()));
-        }
-        for note in &drawn.notes {
-            text.push_str(&format!("left out  {note}\n"));
-        }
-        text.push_str(&table(&resonances, &Unit::or_si(speed.as_deref(), "rad/s")));
-    }
+    let json = || json!({ "files": files, "notes": drawn.notes, "resonances": resonances });
+    let text = || {
+        let files = files.iter().map(|file| format!("{}\n", file.display()));
+        let notes = (drawn.notes.iter()).map(|note| format!("left out  {note}\n"));
+        let table = table(&resonances, &Unit::or_si(speed.as_deref(), "rad/s"));
+        files.chain(notes).chain([table]).collect()
+    };
+    let text = reply(args.json, args.quiet, json, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::size::size;
-use super::{BAD_INPUT, OrFail, Status, answer, fail, refuse_existing, show, with_causes};
+use super::{BAD_INPUT, OrFail, Status, answer, fail, refuse_existing, reply, show, with_causes};
 use crate::report::{PageRequest, ReportError, results_page, size_text};
 use crate::store::{StoreError, TableKind, record_paths, table_path, write_atomically};
 
@@ -47,20 +47,15 @@ pub fn run(args: &ReportArgs) -> Status {
     refuse_existing(&path, args.overwrite, "choose another file with --out")?;
     write_atomically(&path, page.html.as_bytes()).or_explain(1)?;
     let bytes = page.html.len() as u64;
-    let text = match (args.json, args.quiet) {
-        (true, _) => format!(
-            "{:#}\n",
-            json!({ "file": path, "bytes": bytes, "left_out": page.left_out })
-        ),
-        (_, true) => String::new(),
-        _ => {
-            let mut text = format!("{}  {}\n", path.display(), size_text(bytes));
-            for line in &page.left_out {
-                text += &format!("left out  {line}; raise --most-bytes to include it\n");
-            }
-            text
+    let json = || json!({ "file": path, "bytes": bytes, "left_out": page.left_out });
+    let text = || {
+        let mut text = format!("{}  {}\n", path.display(), size_text(bytes));
+        for line in &page.left_out {
+            text += &format!("left out  {line}; raise --most-bytes to include it\n");
         }
+        text
     };
+    let text = reply(args.json, args.quiet, json, text);
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 

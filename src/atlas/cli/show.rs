@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::{BAD_INPUT, answer, fail, with_causes};
+use super::{BAD_INPUT, answer, either, fail, pretty, with_causes};
 use crate::input::printable;
 use crate::report::{ReportError, Style, Summary, TableSummary, render, render_branches};
 use crate::store::{Contents, StoreError, TableKind, journal_path, table_path};
@@ -70,8 +70,7 @@ fn text(folder: &Path, json: bool, branches: bool, colour: Colour) -> Result<Str
         error => with_causes(error),
     })?;
     if json {
-        let text = serde_json::to_string_pretty(&summary).map_err(|error| with_causes(&error))?;
-        return Ok(text + "\n");
+        return Ok(pretty(&summary));
     }
     if branches {
         return if summary.attractors.is_empty() {
@@ -94,13 +93,7 @@ fn table(file: &Path, json: bool) -> Result<String, String> {
             file.display()
         )
     })?;
-    if json {
-        serde_json::to_string_pretty(&summary)
-            .map(|text| text + "\n")
-            .map_err(|error| with_causes(&error))
-    } else {
-        Ok(summary.render())
-    }
+    Ok(either(json, || &summary, || summary.render()))
 }
 
 /// Describes a folder without results, and what to do with it.

@@ -11,7 +11,9 @@ use signal_hook::flag;
 
 use super::manifest_args::ManifestArgs;
 use super::threads::Threads;
-use super::{BAD_INPUT, OrFail, Status, answer, fail, line, start_threads, warn, with_causes};
+use super::{
+    BAD_INPUT, OrFail, Status, answer, fail, line, reply, start_threads, warn, with_causes,
+};
 use crate::gear::{Contact, FaceLaw, GearPair, MeshTable, MeshTableInputs};
 use crate::manifest::{Job, StiffnessSpec};
 use crate::store::{Fetched, Origin, TableStore};
@@ -94,7 +96,18 @@ pub fn run(args: &TableArgs) -> Status {
         }
         tables.push((fetched.file, fetched.origin));
     }
-    Ok(answer(&report(args, &tables), ExitCode::SUCCESS))
+    let json = || {
+        let records =
+            (tables.iter()).map(|(file, origin)| json!({ "file": file, "origin": word(*origin) }));
+        Value::from_iter(records)
+    };
+    let text = || {
+        (tables.iter())
+            .map(|(file, origin)| format!("{:<9} {}\n", word(*origin), file.display()))
+            .collect()
+    };
+    let text = reply(args.json, args.quiet, json, text);
+    Ok(answer(&text, ExitCode::SUCCESS))
 }
 
 /// A pair of gears, the flattening law of its flanks and the law of its face.
@@ -136,22 +149,6 @@ fn drawings(job: &Job) -> Vec<Drawing> {
         }
     }
     drawings
-}
-
-/// The computed or found tables, in words or as JSON.
-fn report(args: &TableArgs, files: &[(PathBuf, Origin)]) -> String {
-    match (args.json, args.quiet) {
-        (true, _) => {
-            let records = files
-                .iter()
-                .map(|(file, origin)| json!({ "file": file, "origin": word(*origin) }));
-            format!("{:#}\n", Value::from_iter(records))
-        }
-        (false, true) => String::new(),
-        (false, false) => (files.iter())
-            .map(|(file, origin)| format!("{:<9} {}\n", word(*origin), file.display()))
-            .collect(),
-    }
 }
 
 /// The table for these arguments, with the file that keeps it.
