@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::axis::{Axis, value_words};
-use super::canvas::{Canvas, INK, Place, SOFT};
+use super::canvas::{Canvas, INK, Place, SOFT, WHITE};
 use super::categories::{colour, lost};
 use super::error::PlotError;
-use super::panel::Panel;
+use super::panel::{LEFT, Panel, TOP};
 use super::picture::{Drawn, Picture};
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
@@ -14,8 +14,6 @@ use super::results::{MOST_SLICES, Results};
 use crate::report::branches::{Attractor, read_attractors};
 use crate::store::{ResultTable, TableKind};
 
-const LEFT: f64 = 92.0;
-const TOP: f64 = 72.0;
 /// Side of the slice \[px\].
 const SIDE: f64 = 600.0;
 const MARGIN: f64 = LEFT + SIDE + 28.0;
@@ -160,7 +158,7 @@ fn shade(ending: &Ending) -> super::canvas::Colour {
 /// A mark at an attractor's strobe state.
 fn mark(canvas: &mut Canvas, at: Place, attractor: usize) {
     canvas.disc(at, 7.0, INK);
-    canvas.disc(at, 5.6, super::canvas::Colour(255, 255, 255));
+    canvas.disc(at, 5.6, WHITE);
     canvas.disc(at, 3.6, colour(attractor));
 }
 

@@ -10,8 +10,8 @@ use super::evidence::Evidence;
 use super::hatch::hatch;
 use super::lambda_curve;
 use super::motion::{Motion, cell_sample, counts, key, marker_sample};
-use super::over_axis::{LEFT, MARGIN, RIGHT, Sweep, across, sweeps};
-use super::panel::Panel;
+use super::over_axis::{MARGIN, RIGHT, Sweep, across, sweeps};
+use super::panel::{LEFT, Panel, TOP};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::point_style::PointStyle;
@@ -20,8 +20,6 @@ use super::results::Results;
 use super::section::{Quantity, Section};
 use crate::report::PointSummary;
 use crate::store::TableKind;
-
-const TOP: f64 = 72.0;
 
 /// Height of the strip that shows the kind of motion \[px\].
 const STRIP: f64 = 9.0;

@@ -3,17 +3,14 @@
 use serde::Serialize;
 
 use super::axis::{Axis, range};
-use super::canvas::{Anchor, BLUE, Canvas, Colour, FAINT, INK, RED, SOFT};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, FAINT, INK, RED, SOFT, WHITE};
 use super::display::{Display, Unit};
 use super::lettering::fitted;
-use super::over_axis::LEFT;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::{BOTTOM, LEFT, Panel, TICK_SIZE, TOP};
 use super::picture::Drawn;
 use crate::report::numbers::number;
 
 const RIGHT: f64 = 690.0;
-const TOP: f64 = 72.0;
-const BOTTOM: f64 = 526.0;
 /// Distance from the diagram to its key, right end of the canvas, and text size of the key \[px\].
 const KEY_DISTANCE: f64 = 86.0;
 const CANVAS_RIGHT: f64 = 946.0;
@@ -188,10 +185,9 @@ impl Campbell {
             if at[1] < TOP {
                 continue;
             }
-            let white = Colour(255, 255, 255);
             let (edge, fill) = match resonance.contacts {
-                Contacts::Open => (PALE, white),
-                Contacts::Closed if resonance.mesh_share < IN_MESH => (INK, white),
+                Contacts::Open => (PALE, WHITE),
+                Contacts::Closed if resonance.mesh_share < IN_MESH => (INK, WHITE),
                 Contacts::Closed => (INK, RED),
             };
             canvas.disc(at, 4.4, edge);

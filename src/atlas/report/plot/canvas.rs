@@ -22,6 +22,7 @@ impl fmt::Display for Colour {
     }
 }
 
+pub(super) const WHITE: Colour = Colour(255, 255, 255);
 /// Colour of texts and axes.
 pub(super) const INK: Colour = Colour(0x22, 0x22, 0x22);
 /// Colour of secondary texts.

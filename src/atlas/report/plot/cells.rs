@@ -6,7 +6,7 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT, WIDTH};
 use super::hatch::hatch;
 use super::lettering::{fitted, text_width, wrapped};
-use super::panel::{LABEL_SIZE, TICK_SIZE, label_place};
+use super::panel::{BOTTOM, LABEL_SIZE, LEFT, TICK_SIZE, TOP, label_place};
 use super::point_style::PointStyle;
 use super::ramp::ink_on;
 use super::results::{Results, Slice};
@@ -15,10 +15,7 @@ use crate::report::refined::Plane;
 use crate::report::{Axis as GridAxis, PointSummary};
 use crate::store::RefinedColumns;
 
-const LEFT: f64 = 92.0;
 const RIGHT: f64 = 735.0;
-const TOP: f64 = 72.0;
-const BOTTOM: f64 = 526.0;
 /// Left edge of keys and colour bars.
 pub(super) const MARGIN: f64 = RIGHT + 24.0;
 /// Largest number of cells in a map.

@@ -6,15 +6,14 @@ use std::collections::BTreeMap;
 use super::axis::{Axis, padded, range};
 use super::axis_units::AxisUnits;
 use super::branches::{suffix, words};
-use super::canvas::{Canvas, Colour, INK, Place};
+use super::canvas::{Canvas, Colour, INK, Place, WHITE};
 use super::clip::crossing;
 use super::error::PlotError;
 use super::hatch::hatch;
 use super::lambda_map::{largest_of, shade};
 use super::marker::{OTHERS, SAMPLE, colour, entry, name};
 use super::motion::Motion;
-use super::over_axis::LEFT;
-use super::panel::Panel;
+use super::panel::{LEFT, Panel};
 use super::picture::{Drawn, Picture};
 use super::picture_kind::PictureKind;
 use super::ramp::{bar, ink_on};
@@ -26,7 +25,6 @@ use crate::report::refined::Plane;
 
 const RIGHT: f64 = 735.0;
 const MARGIN: f64 = RIGHT + 20.0;
-const WHITE: Colour = Colour(255, 255, 255);
 
 /// The kind of curve that has a closed form: the onset of rattle.
 const ONSET: &str = "onset";

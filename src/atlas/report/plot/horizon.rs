@@ -3,7 +3,7 @@
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
 use super::error::PlotError;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::{BOTTOM, Panel, TICK_SIZE};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
@@ -13,7 +13,6 @@ use crate::report::numbers::number;
 use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;
-const BOTTOM: f64 = 526.0;
 /// Cycles of an average from which on its standard error follows a power law; shorter averages are correlated.
 const POWER_LAW_FROM: f64 = 10.0;
 /// Colour of the range between the separations of single twins.

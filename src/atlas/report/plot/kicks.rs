@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Place, SOFT};
 use super::clip::crossing;
 use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
-use super::panel::Panel;
+use super::panel::{BOTTOM, LEFT, Panel};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
@@ -13,10 +13,8 @@ use super::results::Results;
 use crate::report::numbers::number;
 use crate::report::orbits::Orbit;
 
-const LEFT: f64 = 92.0;
 const RIGHT: f64 = 660.0;
 const TOP: f64 = 84.0;
-const BOTTOM: f64 = 526.0;
 
 /// Largest ratio of a shown linear prediction to the integrated distances.
 const LARGEST_RATIO: f64 = 30.0;

@@ -1,11 +1,10 @@
 //! The look of bifurcations: one symbol, one colour and one name per kind, in all pictures.
 
-use super::canvas::{Canvas, Colour, INK, Place, WIDTH};
+use super::canvas::{Canvas, Colour, INK, Place, WHITE, WIDTH};
 use super::lettering::wrapped;
 use super::panel::TICK_SIZE;
 
 /// Fill of symbols.
-const WHITE: Colour = Colour(255, 255, 255);
 
 /// A symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

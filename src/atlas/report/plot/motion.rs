@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WIDTH};
+use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WHITE, WIDTH};
 use super::hatch::hatch;
 use super::lettering::fitted;
 use super::marker::Marker;
@@ -77,7 +77,7 @@ impl Motion {
             Self::TransientChaos => Colour(0xf6, 0x90, 0x5a),
             Self::Chaotic => Colour(0xd5, 0x5e, 0x00),
             Self::NotConverged => Colour(0x8b, 0x89, 0xa7),
-            Self::Unclassified => Colour(0xff, 0xff, 0xff),
+            Self::Unclassified => WHITE,
             Self::Failed => Colour(0x22, 0x22, 0x22),
         }
     }

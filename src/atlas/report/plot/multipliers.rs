@@ -6,7 +6,7 @@ use super::axis::Axis;
 use super::canvas::{Canvas, FAINT, INK, Place, SOFT};
 use super::error::PlotError;
 use super::orbits::{key, numbers, orbit_colour, pictures};
-use super::panel::Panel;
+use super::panel::{LEFT, Panel, TOP};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::request::PlotRequest;
@@ -14,8 +14,6 @@ use super::results::Results;
 use crate::report::numbers::number;
 use crate::report::orbits::Orbit;
 
-const LEFT: f64 = 92.0;
-const TOP: f64 = 72.0;
 /// Side of the plane \[px\].
 const SIDE: f64 = 520.0;
 const MARGIN: f64 = LEFT + SIDE + 28.0;

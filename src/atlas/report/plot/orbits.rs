@@ -1,6 +1,6 @@
 //! The common parts of pictures of periodic orbits: the selection of points, and the key.
 
-use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT};
+use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WHITE};
 use super::categories::colour;
 use super::error::PlotError;
 use super::picture::{Drawn, Picture};
@@ -115,12 +115,12 @@ pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
 
 /// A disc in an orbit's colour with its number, from 1.
 fn numbered(canvas: &mut Canvas, centre: Place, place: usize) {
-    canvas.disc(centre, 9.5, Colour(255, 255, 255));
+    canvas.disc(centre, 9.5, WHITE);
     canvas.disc(centre, 8.5, orbit_colour(place));
     let Colour(red, green, blue) = orbit_colour(place);
     // The luminance of the colour decides between dark and white text.
     let light = 0.3 * f64::from(red) + 0.6 * f64::from(green) + 0.1 * f64::from(blue) > 130.0;
-    let ink = if light { INK } else { Colour(255, 255, 255) };
+    let ink = if light { INK } else { WHITE };
     let text = (place + 1).to_string();
     let size = if text.len() > 1 { 9.0 } else { 11.0 };
     let at = [centre[0], centre[1] + 0.36 * size];

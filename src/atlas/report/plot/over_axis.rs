@@ -5,7 +5,6 @@ use super::canvas::{BLUE, Colour, RED};
 use super::results::Results;
 use crate::report::PointSummary;
 
-pub(super) const LEFT: f64 = 92.0;
 pub(super) const RIGHT: f64 = 775.0;
 pub(super) const MARGIN: f64 = RIGHT + 18.0;
 pub(super) fn across(results: &Results, along: usize) -> Axis {

@@ -4,6 +4,10 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT};
 use super::lettering::{fitted, spread_out, text_width, wrapped};
 
+/// Left edge, and top and bottom below a title, of most pictures \[px\].
+pub(super) const LEFT: f64 = 92.0;
+pub(super) const TOP: f64 = 72.0;
+pub(super) const BOTTOM: f64 = 526.0;
 /// Em size of tick texts \[px\].
 pub(super) const TICK_SIZE: f64 = 12.5;
 /// Em size of axis labels \[px\].

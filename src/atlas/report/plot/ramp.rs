@@ -2,7 +2,7 @@
 //! visible to colour-blind readers and in grey prints.
 
 use super::axis::Axis;
-use super::canvas::{Anchor, Canvas, Colour, INK};
+use super::canvas::{Anchor, Canvas, Colour, INK, WHITE};
 use super::panel::{LABEL_SIZE, TICK_SIZE};
 
 /// Nine even steps of viridis.
@@ -40,7 +40,7 @@ pub(super) fn ink_on(colour: Colour) -> Colour {
     let Colour(r, g, b) = colour;
     // Luma of ITU-R BT.601.
     let luma = 0.299 * f64::from(r) + 0.587 * f64::from(g) + 0.114 * f64::from(b);
-    if luma > 140.0 { INK } else { Colour(255, 255, 255) }
+    if luma > 140.0 { INK } else { WHITE }
 }
 
 /// A bar from `top` to `bottom`, with ticks and the axis label on its right.

@@ -7,8 +7,8 @@ use super::canvas::{Canvas, INK, SOFT};
 use super::categories::colour;
 use super::display::{Scale, Unit};
 use super::error::PlotError;
-use super::over_axis::{LEFT, MARGIN, RIGHT};
-use super::panel::{Panel, TICK_SIZE};
+use super::over_axis::{MARGIN, RIGHT};
+use super::panel::{BOTTOM, LEFT, Panel, TICK_SIZE, TOP};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::ramp::{bar, viridis};
@@ -16,8 +16,6 @@ use super::request::PlotRequest;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 
-const TOP: f64 = 72.0;
-const BOTTOM: f64 = 526.0;
 /// Columns and rows of a spectrogram.
 const CELLS: [usize; 2] = [342, 227];
 /// Lowest shown level, relative to the largest amplitude: −80 dB.

@@ -9,7 +9,7 @@ use super::error::PlotError;
 use super::lettering::{fitted, wrapped};
 use super::marker::OTHERS;
 use super::over_axis::across;
-use super::panel::{Panel, TICK_SIZE};
+use super::panel::{BOTTOM, LEFT, Panel, TICK_SIZE};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::results::Results;
@@ -17,14 +17,12 @@ use crate::report::PointSummary;
 use crate::report::branches::{Attractor, branches, read_attractors};
 use crate::report::numbers::plural;
 
-const LEFT: f64 = 92.0;
 const RIGHT: f64 = 690.0;
 const MARGIN: f64 = RIGHT + 24.0;
 /// Half the width of the ends of whiskers \[px\].
 const WHISKER: f64 = 3.0;
 /// Additional half width of the whiskers of each next branch \[px\].
 const WIDER: f64 = 2.0;
-const BOTTOM: f64 = 526.0;
 
 /// Draws the shares of every slice of the grid.
 pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> {

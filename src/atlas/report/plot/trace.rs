@@ -2,13 +2,12 @@
 //! flank is in contact.
 
 use super::axis::{Axis, padded, range};
-use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
-use super::panel::{LABEL_SIZE, Panel, TICK_SIZE, label_place};
+use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT, WHITE};
+use super::panel::{LABEL_SIZE, LEFT, Panel, TICK_SIZE, label_place};
 use super::picture::Drawn;
 use super::recording::{ContactChange, Recording};
 use crate::report::numbers::number;
 
-const LEFT: f64 = 92.0;
 const RIGHT: f64 = 838.0;
 /// Largest number of mesh cycles shown: more would be a black bar.
 const MOST_CYCLES: u64 = 40;
@@ -147,7 +146,7 @@ fn triangle(canvas: &mut Canvas, at: Place, change: &ContactChange) {
         [at[0] + SIZE, at[1] - tip],
         [at[0] - SIZE, at[1] - tip],
     ];
-    let fill = if change.entry { RED } else { Colour(255, 255, 255) };
+    let fill = if change.entry { RED } else { WHITE };
     canvas.polygon(&corners, fill);
     canvas.line(&[corners[0], corners[1], corners[2], corners[0]], RED, 1.0);
 }

@@ -7,8 +7,8 @@ use super::axis::{Axis, range};
 use super::canvas::{Canvas, SOFT};
 use super::display::Scale;
 use super::error::PlotError;
-use super::over_axis::{LEFT, across};
-use super::panel::Panel;
+use super::over_axis::{RIGHT, across};
+use super::panel::{BOTTOM, LEFT, Panel, TOP};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
 use super::ramp::{bar, viridis};
@@ -16,9 +16,6 @@ use super::request::PlotRequest;
 use super::results::Results;
 use super::spectral::{Line, SpectralLines};
 
-const RIGHT: f64 = 775.0;
-const TOP: f64 = 72.0;
-const BOTTOM: f64 = 526.0;
 /// Height of a cell \[px\].
 const ROW: f64 = 3.0;
 /// Smallest width of a column of cells \[px\]. Narrower columns are merged, and the largest level is shown.

@@ -12,11 +12,8 @@ use crate::report::plot::canvas::{Anchor, Canvas, INK, Place, SOFT};
 use crate::report::plot::clip::clipped;
 use crate::report::plot::lettering::{fitted, text_width};
 use crate::report::plot::marker::Marker;
-use crate::report::plot::over_axis::LEFT;
-use crate::report::plot::panel::{Panel, TICK_SIZE};
+use crate::report::plot::panel::{BOTTOM, LEFT, Panel, TICK_SIZE, TOP};
 
-const TOP: f64 = 72.0;
-const BOTTOM: f64 = 526.0;
 /// Right end of the canvas \[px\].
 const CANVAS_RIGHT: f64 = 952.0;
 /// Smallest and largest width of a legend \[px\].

@@ -7,7 +7,7 @@ use super::spread;
 use crate::gear::MeshTable;
 use crate::report::plot::axis::{Axis, padded, range};
 use crate::report::plot::canvas::Canvas;
-use crate::report::plot::panel::Panel;
+use crate::report::plot::panel::{LEFT, Panel, TOP};
 use crate::report::plot::picture::{Drawn, Picture};
 use crate::report::plot::ramp::viridis;
 
@@ -45,9 +45,7 @@ const ROWS: [Row; 3] = [
 const MOST_LINES: usize = 5;
 /// The brightest colour of a line, as a position on the ramp: brighter ones are invisible on white.
 const BRIGHTEST: f64 = 0.72;
-const LEFT: f64 = 92.0;
 const RIGHT: f64 = 815.0;
-const TOP: f64 = 72.0;
 const HEIGHT: f64 = 202.0;
 const GAP: f64 = 18.0;
 

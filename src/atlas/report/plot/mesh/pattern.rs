@@ -5,12 +5,11 @@ use super::data::MeshCurves;
 use crate::report::plot::axis::{Axis, range};
 use crate::report::plot::canvas::{Canvas, Colour, INK, SOFT};
 use crate::report::plot::error::PlotError;
-use crate::report::plot::panel::Panel;
+use crate::report::plot::panel::{LEFT, Panel};
 use crate::report::plot::picture::Drawn;
 use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::ramp::{bar, viridis};
 
-const LEFT: f64 = 92.0;
 const TOP: f64 = 96.0;
 /// Width and height of all panels together \[px\].
 const SIZE: [f64; 2] = [700.0, 420.0];

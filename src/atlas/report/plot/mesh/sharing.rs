@@ -7,7 +7,7 @@ use crate::gear::MOST_PAIRS;
 use crate::report::plot::axis::Axis;
 use crate::report::plot::canvas::{Canvas, INK};
 use crate::report::plot::categories::colour;
-use crate::report::plot::panel::Panel;
+use crate::report::plot::panel::{LEFT, Panel};
 use crate::report::plot::picture::Drawn;
 use std::collections::BTreeMap;
 
@@ -17,7 +17,6 @@ const COLOURS: [usize; MOST_PAIRS] = [0, 3, 4];
 const SAME_PAIR: f64 = 1e-6;
 /// Largest number of panels.
 const MOST_PANELS: usize = 3;
-const LEFT: f64 = 92.0;
 const RIGHT: f64 = 855.0;
 const TOP: f64 = 96.0;
 const HEIGHT: f64 = 150.0;
