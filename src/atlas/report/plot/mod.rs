@@ -61,7 +61,6 @@ use axis_units::AxisUnits;
 use mesh::MeshCurves;
 use recording::Recording;
 use results::Results;
-use run_up::RunUpFolder;
 
 pub(super) use axis::PREFIXABLE;
 pub(super) use basins::slice_axes;
@@ -97,7 +96,8 @@ struct Source {
     followed: Option<(Followed, AxisUnits)>,
     recording: Option<Recording>,
     mesh: Option<MeshCurves>,
-    run_up: Option<RunUpFolder>,
+    /// A folder that `atlas runup` wrote.
+    run_up: Option<PathBuf>,
 }
 
 /// Draws the requested pictures, or all that the data of a folder or of a table file allow. Columns of several folders
@@ -196,7 +196,7 @@ impl Source {
         let has_results = recorded || holds(TableKind::Points);
         let has_trace = holds(TableKind::Trace);
         let has_orbits = holds(TableKind::Branches);
-        let run_up = RunUpFolder::at(path);
+        let run_up = holds(TableKind::Signals).then(|| path.to_path_buf());
         if !has_results && !has_trace && !has_orbits && run_up.is_none() {
             return Err(PlotError::Nothing {
                 folder: path.to_path_buf(),
@@ -303,7 +303,7 @@ impl Source {
             let folder = self.run_up.as_ref();
             let folder =
                 folder.ok_or_else(|| what.unfit("give a folder that `atlas runup` wrote"))?;
-            return folder.draw(what, request);
+            return run_up::draw(folder, what, request);
         }
         if let PictureKind::Branches | PictureKind::Curves = what {
             let Some((followed, shown)) = &self.followed else {

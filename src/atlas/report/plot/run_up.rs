@@ -1,6 +1,6 @@
 //! Pictures of a run-up: a spectrogram over the speed, and tracks of orders.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::axis::{Axis, range};
 use super::canvas::{Canvas, INK, SOFT};
@@ -20,8 +20,6 @@ use crate::store::{ResultTable, StoreError, TableKind};
 const CELLS: [usize; 2] = [342, 227];
 /// Lowest shown level, relative to the largest amplitude: −80 dB.
 const FLOOR: f64 = 1e-4;
-/// A folder that `atlas runup` wrote.
-pub(super) struct RunUpFolder(PathBuf);
 
 /// Rows of a table about one signal.
 struct SignalRows {
@@ -88,135 +86,130 @@ fn column(table: &ResultTable, name: &str) -> Result<Vec<f64>, StoreError> {
         .collect())
 }
 
-impl RunUpFolder {
-    /// The folder at a path, if it contains a run-up.
-    pub fn at(path: &Path) -> Option<Self> {
-        path.join(TableKind::Signals.file_name())
-            .exists()
-            .then(|| Self(path.to_path_buf()))
+/// Draws one kind of picture of the run-up in a folder.
+pub(super) fn draw(
+    folder: &Path,
+    what: PictureKind,
+    request: &PlotRequest,
+) -> Result<Drawn, PlotError> {
+    match what {
+        PictureKind::Spectrogram => spectrogram(folder, request),
+        _ => tracks(folder, request),
     }
+}
 
-    /// Draws one kind of picture of the run-up.
-    pub fn draw(&self, what: PictureKind, request: &PlotRequest) -> Result<Drawn, PlotError> {
-        match what {
-            PictureKind::Spectrogram => self.spectrogram(request),
-            _ => self.tracks(request),
+/// Levels in colour over speed and frequency.
+fn spectrogram(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let signal_name = request.signal.as_deref();
+    let signal_rows = SignalRows::read(
+        folder,
+        TableKind::Spectrogram,
+        PictureKind::Spectrogram,
+        signal_name,
+    )?;
+    let lists = signal_rows.table.lists("amplitudes")?;
+    let step = column(&signal_rows.table, "frequency_step")?[signal_rows.rows[0]];
+    let spectra: Vec<Vec<f64>> = (signal_rows.rows.iter())
+        .map(|row| {
+            lists[*row]
+                .iter()
+                .flatten()
+                .map(|a| a.unwrap_or(0.0))
+                .collect()
+        })
+        .collect();
+    // The mean is not vibration; the window spreads it to line 1.
+    let largest = spectra
+        .iter()
+        .flat_map(|spectrum| spectrum.iter().skip(2))
+        .copied()
+        .fold(0.0, f64::max);
+    let scale = scale(&signal_rows, request)?;
+    let [Some(low), Some(high)] = [FLOOR * largest, largest].map(|end| scale.shown(end)) else {
+        return Err(silent(PictureKind::Spectrogram));
+    };
+    let level = scale.axis_over([low, high]);
+    let lines = spectra.iter().map(Vec::len).min().unwrap_or(0);
+    let up = Axis::linear("frequency", "Hz", [0.0, lines as f64 * step]);
+    let (mut canvas, panel) = framed(&signal_rows, "spectrogram", up);
+    canvas.rectangle([panel.left, TOP], [panel.right, BOTTOM], viridis(0.0));
+    let [columns, rows] = CELLS;
+    let mut cells = vec![0.0_f64; columns * rows];
+    let [from, to] = range(signal_rows.speeds.iter().copied());
+    for (speed, spectrum) in signal_rows.speeds.iter().zip(&spectra) {
+        let at = (((speed - from) / (to - from) * columns as f64) as usize).min(columns - 1);
+        for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(2) {
+            let cell = &mut cells[at * rows + line * rows / lines];
+            *cell = cell.max(*amplitude);
         }
     }
-
-    /// Levels in colour over speed and frequency.
-    fn spectrogram(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
-        let signal_name = request.signal.as_deref();
-        let signal_rows = SignalRows::read(
-            &self.0,
-            TableKind::Spectrogram,
-            PictureKind::Spectrogram,
-            signal_name,
-        )?;
-        let lists = signal_rows.table.lists("amplitudes")?;
-        let step = column(&signal_rows.table, "frequency_step")?[signal_rows.rows[0]];
-        let spectra: Vec<Vec<f64>> = (signal_rows.rows.iter())
-            .map(|row| {
-                lists[*row]
-                    .iter()
-                    .flatten()
-                    .map(|a| a.unwrap_or(0.0))
-                    .collect()
-            })
-            .collect();
-        // The mean is not vibration; the window spreads it to line 1.
-        let largest = spectra
-            .iter()
-            .flat_map(|spectrum| spectrum.iter().skip(2))
-            .copied()
-            .fold(0.0, f64::max);
-        let scale = scale(&signal_rows, request)?;
-        let [Some(low), Some(high)] = [FLOOR * largest, largest].map(|end| scale.shown(end)) else {
-            return Err(silent(PictureKind::Spectrogram));
-        };
-        let level = scale.axis_over([low, high]);
-        let lines = spectra.iter().map(Vec::len).min().unwrap_or(0);
-        let up = Axis::linear("frequency", "Hz", [0.0, lines as f64 * step]);
-        let (mut canvas, panel) = framed(&signal_rows, "spectrogram", up);
-        canvas.rectangle([panel.left, TOP], [panel.right, BOTTOM], viridis(0.0));
-        let [columns, rows] = CELLS;
-        let mut cells = vec![0.0_f64; columns * rows];
-        let [from, to] = range(signal_rows.speeds.iter().copied());
-        for (speed, spectrum) in signal_rows.speeds.iter().zip(&spectra) {
-            let at = (((speed - from) / (to - from) * columns as f64) as usize).min(columns - 1);
-            for (line, amplitude) in spectrum.iter().enumerate().take(lines).skip(2) {
-                let cell = &mut cells[at * rows + line * rows / lines];
-                *cell = cell.max(*amplitude);
-            }
+    // If spectra are farther apart than cells, each extends to the next.
+    for at in 1..columns {
+        let (before, present) = cells.split_at_mut(at * rows);
+        if present[..rows].iter().all(|a| *a == 0.0) {
+            present[..rows].copy_from_slice(&before[(at - 1) * rows..]);
         }
-        // If spectra are farther apart than cells, each extends to the next.
-        for at in 1..columns {
-            let (before, present) = cells.split_at_mut(at * rows);
-            if present[..rows].iter().all(|a| *a == 0.0) {
-                present[..rows].copy_from_slice(&before[(at - 1) * rows..]);
-            }
-        }
-        let x = |at: usize| panel.left + (panel.right - panel.left) * at as f64 / columns as f64;
-        let y = |row: usize| BOTTOM - (BOTTOM - TOP) * row as f64 / rows as f64;
-        for (cell, amplitude) in cells.iter().enumerate() {
-            let fraction = scale
-                .shown(*amplitude)
-                .map_or(0.0, |shown| level.fraction(shown));
-            if fraction > 0.0 {
-                let (at, row) = (cell / rows, cell % rows);
-                canvas.rectangle([x(at), y(row + 1)], [x(at + 1), y(row)], viridis(fraction));
-            }
-        }
-        canvas.outline([panel.left, TOP], [panel.right, BOTTOM], INK, 1.0);
-        bar(&mut canvas, RIGHT + 24.0, [TOP, TOP + 300.0], &level);
-        Ok(Drawn::one("spectrogram", canvas))
     }
+    let x = |at: usize| panel.left + (panel.right - panel.left) * at as f64 / columns as f64;
+    let y = |row: usize| BOTTOM - (BOTTOM - TOP) * row as f64 / rows as f64;
+    for (cell, amplitude) in cells.iter().enumerate() {
+        let fraction = scale
+            .shown(*amplitude)
+            .map_or(0.0, |shown| level.fraction(shown));
+        if fraction > 0.0 {
+            let (at, row) = (cell / rows, cell % rows);
+            canvas.rectangle([x(at), y(row + 1)], [x(at + 1), y(row)], viridis(fraction));
+        }
+    }
+    canvas.outline([panel.left, TOP], [panel.right, BOTTOM], INK, 1.0);
+    bar(&mut canvas, RIGHT + 24.0, [TOP, TOP + 300.0], &level);
+    Ok(Drawn::one("spectrogram", canvas))
+}
 
-    /// Amplitudes of orders over the speed.
-    fn tracks(&self, request: &PlotRequest) -> Result<Drawn, PlotError> {
-        let signal_name = request.signal.as_deref();
-        let signal_rows = SignalRows::read(
-            &self.0,
-            TableKind::OrderTracks,
-            PictureKind::Tracks,
-            signal_name,
-        )?;
-        let (orders, amplitudes) = (
-            column(&signal_rows.table, "order")?,
-            column(&signal_rows.table, "amplitude")?,
-        );
-        let scale = scale(&signal_rows, request)?;
-        let mut all_orders: Vec<f64> = signal_rows.rows.iter().map(|row| orders[*row]).collect();
-        all_orders.sort_by(f64::total_cmp);
-        all_orders.dedup();
-        let largest = signal_rows
+/// Amplitudes of orders over the speed.
+fn tracks(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
+    let signal_name = request.signal.as_deref();
+    let signal_rows = SignalRows::read(
+        folder,
+        TableKind::OrderTracks,
+        PictureKind::Tracks,
+        signal_name,
+    )?;
+    let (orders, amplitudes) = (
+        column(&signal_rows.table, "order")?,
+        column(&signal_rows.table, "amplitude")?,
+    );
+    let scale = scale(&signal_rows, request)?;
+    let mut all_orders: Vec<f64> = signal_rows.rows.iter().map(|row| orders[*row]).collect();
+    all_orders.sort_by(f64::total_cmp);
+    all_orders.dedup();
+    let largest = signal_rows
+        .rows
+        .iter()
+        .map(|row| amplitudes[*row])
+        .fold(0.0, f64::max);
+    let shown = |row: usize| scale.shown(amplitudes[row].max(FLOOR * largest));
+    let ends = range(signal_rows.rows.iter().filter_map(|row| shown(*row)));
+    if largest == 0.0 {
+        return Err(silent(PictureKind::Tracks));
+    }
+    let (mut canvas, panel) = framed(&signal_rows, "orders", scale.axis(ends));
+    for (place, order) in all_orders.iter().enumerate() {
+        let of_order = signal_rows
             .rows
             .iter()
-            .map(|row| amplitudes[*row])
-            .fold(0.0, f64::max);
-        let shown = |row: usize| scale.shown(amplitudes[row].max(FLOOR * largest));
-        let ends = range(signal_rows.rows.iter().filter_map(|row| shown(*row)));
-        if largest == 0.0 {
-            return Err(silent(PictureKind::Tracks));
-        }
-        let (mut canvas, panel) = framed(&signal_rows, "orders", scale.axis(ends));
-        for (place, order) in all_orders.iter().enumerate() {
-            let of_order = signal_rows
-                .rows
-                .iter()
-                .zip(&signal_rows.speeds)
-                .filter(|(row, _)| orders[**row] == *order);
-            let line: Vec<_> = of_order
-                .filter_map(|(row, speed)| Some(panel.at(*speed, shown(*row)?)))
-                .collect();
-            canvas.line(&line, colour(place), 1.6);
-            let y = TOP + 14.0 + 20.0 * place as f64;
-            canvas.line(&[[MARGIN, y], [MARGIN + 20.0, y]], colour(place), 2.4);
-            let text = format!("order {}", number(*order));
-            canvas.label([MARGIN + 28.0, y + 0.35 * TICK_SIZE], &text, SOFT);
-        }
-        Ok(Drawn::one("tracks", canvas))
+            .zip(&signal_rows.speeds)
+            .filter(|(row, _)| orders[**row] == *order);
+        let line: Vec<_> = of_order
+            .filter_map(|(row, speed)| Some(panel.at(*speed, shown(*row)?)))
+            .collect();
+        canvas.line(&line, colour(place), 1.6);
+        let y = TOP + 14.0 + 20.0 * place as f64;
+        canvas.line(&[[MARGIN, y], [MARGIN + 20.0, y]], colour(place), 2.4);
+        let text = format!("order {}", number(*order));
+        canvas.label([MARGIN + 28.0, y + 0.35 * TICK_SIZE], &text, SOFT);
     }
+    Ok(Drawn::one("tracks", canvas))
 }
 
 /// The scale of a signal's amplitudes.
