@@ -86,12 +86,6 @@ pub struct NoColumn {
     text: String,
 }
 
-/// `points`.
-pub(super) fn stem(table: TableKind) -> &'static str {
-    let name = table.file_name();
-    name.split_once('.').map_or(name, |(stem, _)| stem)
-}
-
 impl FromStr for PictureRequest {
     type Err = NoColumn;
 
@@ -103,7 +97,7 @@ impl FromStr for PictureRequest {
             return Ok(Self::Kind(*what));
         }
         let of_table = TABLES.iter().find_map(|&table| {
-            let rest = text.strip_prefix(stem(table))?.strip_prefix('.')?;
+            let rest = text.strip_prefix(table.name())?.strip_prefix('.')?;
             Some((table, rest))
         });
         let (table, rest) = of_table.unwrap_or((TableKind::Points, text));
@@ -144,7 +138,7 @@ impl ColumnName {
 impl fmt::Display for ColumnName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.table != TableKind::Points {
-            write!(f, "{}.", stem(self.table))?;
+            write!(f, "{}.", self.table.name())?;
         }
         f.write_str(&self.name)?;
         match &self.element {
@@ -193,7 +187,7 @@ mod tests {
         let of = |text: &str| {
             let found = column(text);
             assert_eq!(found.to_string(), text.replace("points.", ""));
-            (stem(found.table), found.name, found.element)
+            (found.table.name(), found.name, found.element)
         };
         assert_eq!(of("lambda_max"), ("points", "lambda_max".into(), None));
         assert_eq!(of("points.horizon"), ("points", "horizon".into(), None));
