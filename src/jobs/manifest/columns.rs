@@ -1,6 +1,6 @@
 //! Lists of points whose columns have names and units: tables in the manifest, or a text file.
 
-use super::csv::{self, ListOf, Sheet};
+use super::csv::{self, ListOf};
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::reader::{Given, all_or_none};
 use super::schema::{self, Key, Kind, MANIFEST};
@@ -286,8 +286,7 @@ fn file(
     let path = base_dir.join(name);
     let key = (list.path, entry.node.span);
     let source = text::read_named(issues, &path, "the list of points", key)?;
-    let sheet = csv::read(source, &issues.text(source), list, issues);
-    let Sheet { columns } = sheet?;
+    let columns = csv::read(source, &issues.text(source), list, issues)?;
     Some(
         (columns.into_iter())
             .map(|column| Column {

@@ -15,16 +15,10 @@ pub(super) struct ListOf {
     pub header: &'static str,
 }
 
-/// A sheet of numbers.
-#[derive(Debug)]
-pub(super) struct Sheet {
-    pub columns: Vec<SheetColumn>,
-}
-
 /// A unit with its place, if any.
 type Unit = Option<(String, Span)>;
 
-/// A column of a sheet.
+/// A column of numbers.
 #[derive(Debug)]
 pub(super) struct SheetColumn {
     pub name: String,
@@ -42,7 +36,12 @@ struct Cell<'t> {
 }
 
 /// The columns of a text; `None` if it has faults, which are reported.
-pub(super) fn read(source: usize, text: &str, list: &ListOf, issues: &Issues) -> Option<Sheet> {
+pub(super) fn read(
+    source: usize,
+    text: &str,
+    list: &ListOf,
+    issues: &Issues,
+) -> Option<Vec<SheetColumn>> {
     let before = issues.count();
     let mut lines = lines(text);
     let Some((start, head)) = lines.next() else {
@@ -72,7 +71,7 @@ pub(super) fn read(source: usize, text: &str, list: &ListOf, issues: &Issues) ->
         );
         reader.fault(DiagnosticKind::Empty, at, message, "no lines below", remedy);
     }
-    (reader.issues.count() == before).then_some(Sheet { columns })
+    (reader.issues.count() == before).then_some(columns)
 }
 
 /// Reads lines and reports their faults.
@@ -251,7 +250,7 @@ fn cells(line: &str, start: usize, parting: char) -> impl Iterator<Item = Cell<'
 mod tests {
     use super::*;
 
-    fn sheet(text: &str) -> Result<Sheet, Issues> {
+    fn sheet(text: &str) -> Result<Vec<SheetColumn>, Issues> {
         let issues = Issues::default();
         let source = issues.add_source("p.csv".to_owned(), text.to_owned());
         let list = ListOf {
@@ -270,7 +269,7 @@ mod tests {
             "speed [rpm]\tload\n 1000\t 0.1\n2000\t\"-2e-1\"\n",
         ] {
             let sheet = sheet(text).unwrap();
-            let [speed, load] = &sheet.columns[..] else {
+            let [speed, load] = &sheet[..] else {
                 panic!("{text}")
             };
             assert_eq!((speed.name.as_str(), load.name.as_str()), ("speed", "load"));

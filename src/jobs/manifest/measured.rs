@@ -88,8 +88,7 @@ fn sheet(issues: &Issues, path: &Path) -> Option<Vec<SheetColumn>> {
     let named = (POINTS.path, "the measured points", &*path.to_string_lossy());
     let remedy = "check the path; measured points are a text file in UTF-8";
     let source = text::or_report(issues, source, named, remedy)?;
-    let sheet = csv::read(source, &issues.text(source), &POINTS, issues);
-    let columns = sheet?.columns;
+    let columns = csv::read(source, &issues.text(source), &POINTS, issues)?;
     check_columns(issues, &columns);
     Some(columns)
 }
