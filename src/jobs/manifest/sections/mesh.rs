@@ -98,13 +98,16 @@ pub(super) fn read(section: &Section, mesh_context: MeshContext<'_>) -> Option<M
     })
 }
 
-fn constant(section: &Section) -> Option<StiffnessSpec> {
+/// Warns of the keys of a piecewise stiffness.
+fn warn_of_piecewise_keys(section: &Section, law: &str) {
     let others = [LAW.as_slice(), &["values"]].concat();
-    section.without_effect(
-        &others,
-        "with stiffness = \"constant\"",
-        "remove it, or set stiffness = \"piecewise\"",
-    );
+    let why = format!("with stiffness = \"{law}\"");
+    let remedy = "remove it, or set stiffness = \"piecewise\"";
+    section.without_effect(&others, &why, remedy);
+}
+
+fn constant(section: &Section) -> Option<StiffnessSpec> {
+    warn_of_piecewise_keys(section, "constant");
     section
         .quantity("mean_stiffness")
         .map(StiffnessSpec::Constant)
@@ -112,12 +115,7 @@ fn constant(section: &Section) -> Option<StiffnessSpec> {
 
 /// A mean and harmonics whose sum stays positive.
 fn fourier(section: &Section) -> Option<StiffnessSpec> {
-    let others = [LAW.as_slice(), &["values"]].concat();
-    section.without_effect(
-        &others,
-        "with stiffness = \"fourier\"",
-        "remove it, or set stiffness = \"piecewise\"",
-    );
+    warn_of_piecewise_keys(section, "fourier");
     let (mean, harmonics, _) = contact_law::fourier(section, "mean_stiffness")?;
     Some(StiffnessSpec::Fourier(mean, harmonics.into()))
 }
