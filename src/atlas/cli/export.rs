@@ -86,19 +86,13 @@ fn status(error: &ExportError) -> u8 {
 fn table_text(table: &Surveyed) -> String {
     let mut text = format!("{}: {} rows\n", table.name(), table.rows);
     for column in &table.columns {
-        let unit = match column.head.unit.as_str() {
-            "" | "1" => String::new(),
-            unit => format!(" [{unit}]"),
-        };
+        let title = column.titled(column.head.name.clone());
         let list = if column.is_list() {
             format!(", {} elements", column.width)
         } else {
             String::new()
         };
-        text += &format!(
-            "  {}{unit}{list}: {}\n",
-            column.head.name, column.head.description
-        );
+        text += &format!("  {title}{list}: {}\n", column.head.description);
     }
     text
 }

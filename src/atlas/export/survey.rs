@@ -80,7 +80,7 @@ impl SurveyedColumn {
     }
 
     /// A name with its unit, if it has one: `deflection_rms [m]`.
-    fn titled(&self, name: String) -> String {
+    pub fn titled(&self, name: String) -> String {
         match self.head.unit.as_str() {
             "" | "1" => name,
             unit => format!("{name} [{unit}]"),

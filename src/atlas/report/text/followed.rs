@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use super::table::with_unit;
 use crate::report::numbers::{number, plural};
 use crate::report::summary::Summary;
 
@@ -41,13 +42,6 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
             "codimension 2",
             &counted_as(&found.codimension_two, " x ", "; "),
         );
-    }
-}
-
-fn with_unit(words: &str, unit: &str) -> String {
-    match unit {
-        "" | "1" => words.to_owned(),
-        unit => format!("{words} {unit}"),
     }
 }
 

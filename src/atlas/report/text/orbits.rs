@@ -1,6 +1,6 @@
 //! The periodic orbits, as text.
 
-use super::table::place_words;
+use super::table::{place_words, with_unit};
 use crate::report::numbers::{number, plural};
 use crate::report::orbits::{Orbit, OrbitCount};
 use crate::report::point::{PointSummary, varied};
@@ -98,10 +98,7 @@ fn place(summary: &Summary, orbits: &[Orbit], count: &OrbitCount) -> String {
         let values = || points.iter().map(|point| point.axis_values[index]);
         let [low, high] = [values().reduce(f64::min)?, values().reduce(f64::max)?].map(number);
         let span = if low == high { low } else { format!("{low} … {high}") };
-        Some(match axis.unit.as_str() {
-            "" | "1" => format!("{} {span}", axis.name),
-            unit => format!("{} {span} {unit}", axis.name),
-        })
+        Some(with_unit(&format!("{} {span}", axis.name), &axis.unit))
     });
     words.collect::<Vec<_>>().join(", ")
 }

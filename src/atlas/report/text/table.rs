@@ -51,12 +51,17 @@ pub(super) fn place_words(
 ) -> String {
     let words = axes.filter_map(|index| {
         let (axis, value) = (&summary.axes[index], number(*values.get(index)?));
-        Some(match axis.unit.as_str() {
-            "" | "1" => format!("{} {value}", axis.name),
-            unit => format!("{} {value} {unit}", axis.name),
-        })
+        Some(with_unit(&format!("{} {value}", axis.name), &axis.unit))
     });
     words.collect::<Vec<_>>().join(", ")
+}
+
+/// Words with a unit, unless they are dimensionless.
+pub(super) fn with_unit(words: &str, unit: &str) -> String {
+    match unit {
+        "" | "1" => words.to_owned(),
+        unit => format!("{words} {unit}"),
+    }
 }
 
 /// `speed [rad/s]`; without a unit if dimensionless.
