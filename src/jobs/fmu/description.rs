@@ -77,24 +77,15 @@ pub struct Description {
     pub period: f64,
 }
 
-/// The list of variables while it is built.
-struct Variables(Vec<Variable>);
-
-impl Variables {
-    fn add(&mut self, name: String, about: String, dimension: Dimension, role: Role) {
-        self.0.push(Variable {
-            name,
-            about,
-            dimension,
-            role,
-            start: None,
-            feeds_through: false,
-        });
-    }
-
-    fn last(&mut self) -> Option<&mut Variable> {
-        self.0.last_mut()
-    }
+fn add(all: &mut Vec<Variable>, name: String, about: String, dimension: Dimension, role: Role) {
+    all.push(Variable {
+        name,
+        about,
+        dimension,
+        role,
+        start: None,
+        feeds_through: false,
+    });
 }
 
 const SHAFTS: [&str; 2] = ["pinion", "wheel"];
@@ -105,8 +96,9 @@ impl Description {
     /// # Errors
     /// No torque can act on one of its shafts, or two variables would have one name.
     pub fn new(job: &Job, point: &PointSpec, structure: &ModalStructure) -> Result<Self, FmuError> {
-        let mut all = Variables(Vec::new());
-        all.add(
+        let mut all = Vec::new();
+        add(
+            &mut all,
             "time".to_owned(),
             "Time".to_owned(),
             Dimension::Time,
@@ -117,7 +109,8 @@ impl Description {
         shafts(&mut all);
         meshes(structure, &mut all);
         bearings(structure, &mut all);
-        all.add(
+        add(
+            &mut all,
             "events".to_owned(),
             "Number of times that a contact has opened or closed".to_owned(),
             Dimension::Ratio,
@@ -125,7 +118,6 @@ impl Description {
         );
         let mut names = BTreeSet::new();
         let twice = all
-            .0
             .iter()
             .find(|variable| !names.insert(variable.name.as_str()));
         if let Some(Variable { name, .. }) = twice {
@@ -133,7 +125,7 @@ impl Description {
         }
         Ok(Self {
             name: job.name.clone(),
-            variables: all.0,
+            variables: all,
             parameters,
             period: std::f64::consts::TAU / (structure.cycles_per_turn() * point.speed),
         })
@@ -160,7 +152,7 @@ impl Description {
 }
 
 /// Load, speed, and quantities of mesh and excitation that the manifest sets.
-fn parameters(job: &Job, point: &PointSpec, all: &mut Variables) -> Vec<Parameter> {
+fn parameters(job: &Job, point: &PointSpec, all: &mut Vec<Variable>) -> Vec<Parameter> {
     let mut parameters = Vec::new();
     for key in job.between.continuous_keys() {
         let Ok(parameter) = job.between.parameter(point, &key) else {
@@ -181,8 +173,8 @@ fn parameters(job: &Job, point: &PointSpec, all: &mut Variables) -> Vec<Paramete
             _ => (of_key(&key), format!("Key {key} of the manifest")),
         };
         let role = Role::Parameter(parameters.len());
-        all.add(name, about, parameter.dimension(), role);
-        if let Some(variable) = all.last() {
+        add(all, name, about, parameter.dimension(), role);
+        if let Some(variable) = all.last_mut() {
             variable.start = Some(start);
         }
         parameters.push(parameter);
@@ -190,7 +182,7 @@ fn parameters(job: &Job, point: &PointSpec, all: &mut Variables) -> Vec<Paramete
     parameters
 }
 
-fn inputs(starts: [f64; INPUTS], all: &mut Variables) {
+fn inputs(starts: [f64; INPUTS], all: &mut Vec<Variable>) {
     let torque = |shaft: &str| {
         (
             format!("{shaft}.torque"),
@@ -208,22 +200,24 @@ fn inputs(starts: [f64; INPUTS], all: &mut Variables) {
                 Dimension::Ratio,
             ),
         };
-        all.add(name, about, dimension, Role::Input(input));
-        if let Some(variable) = all.last() {
+        add(all, name, about, dimension, Role::Input(input));
+        if let Some(variable) = all.last_mut() {
             variable.start = Some(start);
         }
     }
 }
 
-fn shafts(all: &mut Variables) {
+fn shafts(all: &mut Vec<Variable>) {
     for (place, shaft) in SHAFTS.into_iter().enumerate() {
-        all.add(
+        add(
+            all,
             format!("{shaft}.angle"),
             format!("Rotation of the {shaft}'s shaft where its torque acts, vibration included"),
             Dimension::Angle,
             Role::Angle(place),
         );
-        all.add(
+        add(
+            all,
             format!("{shaft}.speed"),
             format!("Speed of the {shaft}'s shaft where its torque acts, vibration included"),
             Dimension::AngularSpeed,
@@ -232,7 +226,7 @@ fn shafts(all: &mut Variables) {
     }
 }
 
-fn meshes(structure: &ModalStructure, all: &mut Variables) {
+fn meshes(structure: &ModalStructure, all: &mut Vec<Variable>) {
     let names = structure.mesh_names();
     for (number, gears) in names.iter().enumerate() {
         let path = if names.len() == 1 {
@@ -260,7 +254,8 @@ fn meshes(structure: &ModalStructure, all: &mut Variables) {
                 Role::Contact(number),
             ),
         ] {
-            all.add(
+            add(
+                all,
                 format!("{path}.{what}"),
                 format!("{about}: mesh of {gears}"),
                 dimension,
@@ -270,23 +265,25 @@ fn meshes(structure: &ModalStructure, all: &mut Variables) {
     }
 }
 
-fn bearings(structure: &ModalStructure, all: &mut Variables) {
+fn bearings(structure: &ModalStructure, all: &mut Vec<Variable>) {
     for (place, bearing) in structure.bearings.iter().enumerate() {
         let name = &bearing.name;
-        all.add(
+        add(
+            all,
             format!("bearing.{}", part(name)),
             format!("Force of the shaft on the bearing: {name}"),
             Dimension::Force,
             Role::Bearing(place),
         );
         let share = &bearing.left_out;
-        if let Some(variable) = all.last() {
+        if let Some(variable) = all.last_mut() {
             variable.feeds_through = share.torque != 0.0 || share.shaft_torques != [0.0; 2];
         }
     }
     for (place, torque) in structure.torques.iter().enumerate() {
         let name = &torque.name;
-        all.add(
+        add(
+            all,
             format!("torque.{}", part(name)),
             format!("Torque: {name}"),
             Dimension::Torque,
