@@ -1,13 +1,13 @@
 //! `atlas run --json`: the progress of a run on standard output, for programs. Each line is one JSON object with its
 //! kind in `event`; docs/events.md describes them.
 
-use super::activity::{Activity, NodeActivity};
+use super::activity::Activity;
 use super::fail;
 use crate::analysis::Class;
 use crate::manifest::Job;
 use crate::store::{PointRow, RunRecord, Shard};
 use crate::sweep::{Progress, ProgressObserver, SweepPlan};
-use serde::Serialize;
+use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
@@ -16,66 +16,6 @@ use std::time::Duration;
 
 /// Time between two events of progress.
 const INTERVAL: Duration = Duration::from_secs(1);
-
-/// An event of a run.
-#[derive(Debug, Serialize)]
-#[serde(tag = "event", rename_all = "snake_case")]
-enum Event<'a> {
-    Started {
-        job: &'a str,
-        folder: &'a Path,
-        manifest_hash: &'a str,
-        #[serde(skip_serializing_if = "Option::is_none")]
-        shard: Option<Shard>,
-        points: u64,
-        resumed: u64,
-        chain_length: usize,
-        threads: usize,
-        placement: WorkerPlacement<'a>,
-    },
-    Point {
-        point_id: u64,
-        axes: serde_json::Map<String, serde_json::Value>,
-        status: &'static str,
-        reason: &'a str,
-        class: Option<&'static str>,
-        period: Option<u32>,
-        lambda_max: Option<f64>,
-        lambda_stderr: Option<f64>,
-        cycles: u64,
-        wall_time: f64,
-        worker: u32,
-        numa_node: Option<u32>,
-    },
-    Progress {
-        points: u64,
-        #[serde(skip_serializing_if = "std::ops::Not::not")]
-        open: bool,
-        done: u64,
-        resumed: u64,
-        ok: u64,
-        not_converged: u64,
-        failed: u64,
-        cycles: u64,
-        elapsed: f64,
-        rate: f64,
-        eta: Option<f64>,
-        nodes: Vec<NodeActivity>,
-    },
-    Warning {
-        message: &'a str,
-    },
-    Finished {
-        exit_status: u8,
-        record: &'a RunRecord,
-    },
-}
-
-#[derive(Debug, Serialize)]
-struct WorkerPlacement<'a> {
-    asked: &'a str,
-    obtained: &'a str,
-}
 
 /// Writes events.
 pub struct Events<'a> {
@@ -103,7 +43,7 @@ impl<'a> Events<'a> {
         }
     }
 
-    fn emit(&mut self, event: &Event<'_>) {
+    fn emit(&mut self, event: &Value) {
         if self.fault.is_some() {
             return;
         }
@@ -117,20 +57,23 @@ impl<'a> Events<'a> {
     fn progress(&mut self, progress: &Progress) {
         self.last_progress = progress.elapsed;
         let elapsed = progress.elapsed.as_secs_f64();
-        self.emit(&Event::Progress {
-            points: progress.points,
-            open: progress.open,
-            done: progress.done,
-            resumed: progress.resumed,
-            ok: progress.done - progress.not_ok,
-            not_converged: progress.not_ok - progress.failed,
-            failed: progress.failed,
-            cycles: progress.cycles,
-            elapsed,
-            rate: progress.rate(),
-            eta: progress.left(),
-            nodes: self.activity.over(elapsed),
+        let mut event = json!({
+            "event": "progress",
+            "points": progress.points,
+            "open": true,
+            "done": progress.done,
+            "resumed": progress.resumed,
+            "ok": progress.done - progress.not_ok,
+            "not_converged": progress.not_ok - progress.failed,
+            "failed": progress.failed,
+            "cycles": progress.cycles,
+            "elapsed": elapsed,
+            "rate": progress.rate(),
+            "eta": progress.left(),
+            "nodes": self.activity.over(elapsed),
         });
+        leave_out(&mut event, "open", !progress.open);
+        self.emit(&event);
     }
 
     /// Writes the last event. Returns the exit status, which differs if standard output could not be written. A closed
@@ -139,10 +82,7 @@ impl<'a> Events<'a> {
         for warning in &record.warnings {
             self.warning(warning);
         }
-        self.emit(&Event::Finished {
-            exit_status,
-            record,
-        });
+        self.emit(&json!({ "event": "finished", "exit_status": exit_status, "record": record }));
         match self.fault {
             Some(error) if error.kind() != ErrorKind::BrokenPipe => {
                 fail(1, &format!("cannot write to standard output: {error}"))
@@ -152,28 +92,35 @@ impl<'a> Events<'a> {
     }
 }
 
+/// Removes a key that says nothing.
+fn leave_out(event: &mut Value, key: &str, empty: bool) {
+    if let Some(keys) = event.as_object_mut().filter(|_| empty) {
+        keys.shift_remove(key);
+    }
+}
+
 impl ProgressObserver for Events<'_> {
     fn begun(&mut self, begun: &SweepPlan<'_>) {
         let job = self.job;
-        self.emit(&Event::Started {
-            job: &job.name,
-            folder: self.folder,
-            manifest_hash: &job.hash,
-            shard: self.shard,
-            points: begun.progress.points,
-            resumed: begun.progress.resumed,
-            chain_length: job.chain_length(),
-            threads: begun.threads,
-            placement: WorkerPlacement {
-                asked: begun.asked,
-                obtained: begun.obtained,
-            },
+        let mut event = json!({
+            "event": "started",
+            "job": job.name,
+            "folder": self.folder.to_string_lossy(),
+            "manifest_hash": job.hash,
+            "shard": self.shard,
+            "points": begun.progress.points,
+            "resumed": begun.progress.resumed,
+            "chain_length": job.chain_length(),
+            "threads": begun.threads,
+            "placement": { "asked": begun.asked, "obtained": begun.obtained },
         });
+        leave_out(&mut event, "shard", self.shard.is_none());
+        self.emit(&event);
     }
 
     fn warning(&mut self, sentence: &str) {
         if self.warned.insert(sentence.to_owned()) {
-            self.emit(&Event::Warning { message: sentence });
+            self.emit(&json!({ "event": "warning", "message": sentence }));
         }
     }
 
@@ -181,22 +128,24 @@ impl ProgressObserver for Events<'_> {
         self.activity.count(row);
         let names = self.job.axes.iter().map(|axis| axis.name().to_owned());
         let values = row.axis_values.iter().map(|&value| value.into());
+        let axes: Map<String, Value> = names.zip(values).collect();
         let (outcome, placement) = (&row.outcome, &row.placement);
         let lyapunov = outcome.lyapunov.as_ref();
-        self.emit(&Event::Point {
-            point_id: row.point_id,
-            axes: names.zip(values).collect(),
-            status: outcome.status.name(),
-            reason: &outcome.reason,
-            class: outcome.class.as_ref().map(Class::name),
-            period: outcome.class.as_ref().and_then(Class::period),
-            lambda_max: lyapunov.and_then(|found| found.exponents.first().copied()),
-            lambda_stderr: lyapunov.map(|found| found.stderr()),
-            cycles: outcome.cycles,
-            wall_time: placement.wall_time,
-            worker: placement.worker,
-            numa_node: placement.numa_node,
-        });
+        self.emit(&json!({
+            "event": "point",
+            "point_id": row.point_id,
+            "axes": axes,
+            "status": outcome.status.name(),
+            "reason": outcome.reason,
+            "class": outcome.class.as_ref().map(Class::name),
+            "period": outcome.class.as_ref().and_then(Class::period),
+            "lambda_max": lyapunov.and_then(|found| found.exponents.first().copied()),
+            "lambda_stderr": lyapunov.map(|found| found.stderr()),
+            "cycles": outcome.cycles,
+            "wall_time": placement.wall_time,
+            "worker": placement.worker,
+            "numa_node": placement.numa_node,
+        }));
         if progress.done == progress.points || progress.elapsed >= self.last_progress + INTERVAL {
             self.progress(progress);
         }
