@@ -12,33 +12,28 @@ use value::{default, example, scalar, texts, value};
 
 /// The schema of a manifest, as text.
 pub fn json_schema() -> String {
-    let mut root = Map::new();
-    root.insert(
-        "$schema".into(),
-        json!("http://json-schema.org/draft-07/schema#"),
-    );
-    root.insert("title".into(), json!("Manifest of atlas"));
-    let about = "A gear drive, a grid of operating points, and the analyses of each point.";
-    root.insert("description".into(), json!(about));
     let axes = axes();
-    root.append(&mut table(""));
-    if let Some(grid) = root
-        .get_mut("properties")
-        .and_then(|tables| tables.get_mut("grid"))
-        .and_then(Value::as_object_mut)
-    {
-        add_axes(grid, &axes);
-    }
+    let mut top = table("");
+    add_axes(&mut top["properties"]["grid"], &axes);
     // The grid is required, although none of its keys is.
-    if let Some(required) = root.get_mut("required").and_then(Value::as_array_mut) {
+    if let Some(required) = top["required"].as_array_mut() {
         required.push(json!("grid"));
     }
-    root.insert("definitions".into(), definitions(&axes));
-    format!("{:#}\n", Value::Object(root))
+    let schema = json!({
+        "$schema": "http://json-schema.org/draft-07/schema#",
+        "title": "Manifest of atlas",
+        "description": "A gear drive, a grid of operating points, and the analyses of each point.",
+        "type": top["type"],
+        "additionalProperties": top["additionalProperties"],
+        "required": top["required"],
+        "properties": top["properties"],
+        "definitions": definitions(&axes),
+    });
+    format!("{schema:#}\n")
 }
 
 /// A table and everything below it.
-fn table(path: &str) -> Map<String, Value> {
+fn table(path: &str) -> Value {
     let mut properties = Map::new();
     let mut required = Vec::new();
     for (name, path, key) in children(path) {
@@ -47,13 +42,11 @@ fn table(path: &str) -> Map<String, Value> {
             required.push(name);
         }
     }
-    let mut table = Map::new();
-    table.insert("type".into(), json!("object"));
-    table.insert("additionalProperties".into(), json!(false));
+    let mut table = json!({ "type": "object", "additionalProperties": false });
     if !required.is_empty() {
-        table.insert("required".into(), json!(required));
+        table["required"] = json!(required);
     }
-    table.insert("properties".into(), Value::Object(properties));
+    table["properties"] = Value::Object(properties);
     table
 }
 
@@ -91,56 +84,40 @@ fn node(path: &str, key: &Key) -> Value {
     let mut node = match key.kind {
         Kind::Table => table(path),
         Kind::List(_) => list(path, key),
-        Kind::InitialState => {
-            let mut words = Map::new();
-            words.insert(
-                "anyOf".into(),
-                json!([{ "enum": ["static", "rest"] }, table(path)]),
-            );
-            words
-        }
+        Kind::InitialState => json!({ "anyOf": [{ "enum": ["static", "rest"] }, table(path)] }),
         Kind::Axis(_) => axis_reference(key),
         Kind::Points => {
-            let mut forms = Map::new();
             let point = json!({ "type": "object", "minProperties": 1 });
             let list = json!({ "type": "array", "minItems": 1, "items": point });
-            forms.insert("anyOf".into(), json!([{ "type": "string" }, list]));
-            forms
+            json!({ "anyOf": [{ "type": "string" }, list] })
         }
         _ => value(key),
     };
-    describe(&mut node, key);
-    // Examples of these lists name a gear, which the table of one gear does not allow.
-    if of_one && key.kind == Kind::List("tables") {
-        node.remove("examples");
+    if !key.about.is_empty() {
+        node["description"] = json!(key.about);
     }
-    Value::Object(node)
+    if let Some(default) = default(key) {
+        node["default"] = default;
+    }
+    // Examples of these lists name a gear, which the table of one gear does not allow.
+    let has_examples = !(of_one && key.kind == Kind::List("tables"));
+    if let Some(example) = example(key).filter(|_| has_examples) {
+        node["examples"] = json!([example]);
+    }
+    node
 }
 
-fn list(path: &str, key: &Key) -> Map<String, Value> {
-    let mut list = Map::new();
-    list.insert("type".into(), json!("array"));
+fn list(path: &str, key: &Key) -> Value {
+    let mut list = json!({ "type": "array" });
     if let Some(length) = key.length {
-        list.insert("minItems".into(), json!(length));
-        list.insert("maxItems".into(), json!(length));
+        list["minItems"] = json!(length);
+        list["maxItems"] = json!(length);
     }
     let elements = format!("{path}.0");
     if let Some(key) = schema::find(MANIFEST, &elements) {
-        list.insert("items".into(), node(&elements, key));
+        list["items"] = node(&elements, key);
     }
     list
-}
-
-fn describe(node: &mut Map<String, Value>, key: &Key) {
-    if !key.about.is_empty() {
-        node.insert("description".into(), json!(key.about));
-    }
-    if let Some(default) = default(key) {
-        node.insert("default".into(), default);
-    }
-    if let Some(example) = example(key) {
-        node.insert("examples".into(), json!([example]));
-    }
 }
 
 /// Paths that can be axes besides load, torque and speed. A key that several tables share has several paths.
@@ -165,27 +142,27 @@ fn axes() -> Vec<(String, &'static Key)> {
 }
 
 /// The quoted keys of the grid; those with indices as patterns.
-fn add_axes(grid: &mut Map<String, Value>, axes: &[(String, &Key)]) {
+fn add_axes(grid: &mut Value, axes: &[(String, &Key)]) {
     let mut patterns = Map::new();
     let mut plain = Map::new();
     for (path, key) in axes {
         let mut axis = axis_reference(key);
         if !key.about.is_empty() {
-            axis.insert("description".into(), json!(key.about));
+            axis["description"] = json!(key.about);
         }
         let pattern = |path: &str| {
             let escaped = path.replace('.', r"\.").replace('*', r"\d+");
             format!("^{escaped}$")
         };
         if path.contains('*') {
-            patterns.insert(pattern(path), Value::Object(axis));
+            patterns.insert(pattern(path), axis);
             continue;
         }
         if key.pair.is_some() {
             let element = format!("{path}.*");
-            patterns.insert(pattern(&element), Value::Object(axis.clone()));
+            patterns.insert(pattern(&element), axis.clone());
         }
-        plain.insert(path.clone(), Value::Object(axis));
+        plain.insert(path.clone(), axis);
     }
     for (form, key) in modal_keys::forms() {
         let escaped = form
@@ -193,17 +170,14 @@ fn add_axes(grid: &mut Map<String, Value>, axes: &[(String, &Key)]) {
             .replace('[', r"\[")
             .replace(']', r"\]");
         let pattern = escaped.replace("NAME", ".+").replace('N', r"\d+");
-        patterns.insert(format!("^{pattern}$"), Value::Object(axis_reference(key)));
+        patterns.insert(format!("^{pattern}$"), axis_reference(key));
     }
-    if let Some(properties) = grid.get_mut("properties").and_then(Value::as_object_mut) {
+    if let Some(properties) = grid["properties"].as_object_mut() {
         properties.append(&mut plain);
     }
-    grid.insert("patternProperties".into(), Value::Object(patterns));
+    grid["patternProperties"] = Value::Object(patterns);
     let ways = [&["points"][..], &["speed"]];
-    grid.insert(
-        "anyOf".into(),
-        json!(ways.map(|keys| json!({ "required": keys }))),
-    );
+    grid["anyOf"] = json!(ways.map(|keys| json!({ "required": keys })));
 }
 
 /// The name of the definition of a key's value: keys of the same kind and range share one.
@@ -224,12 +198,10 @@ fn reference(name: &str) -> Value {
     json!({ "$ref": format!("#/definitions/{name}") })
 }
 
-fn axis_reference(key: &Key) -> Map<String, Value> {
-    let mut axis = Map::new();
+fn axis_reference(key: &Key) -> Value {
     // Draft 7 ignores everything beside `$ref`.
     let form = reference(&format!("axis_{}", value_name(key)));
-    axis.insert("allOf".into(), json!([form]));
-    axis
+    json!({ "allOf": [form] })
 }
 
 /// Texts with units, the values of axes, and every kind of axis.

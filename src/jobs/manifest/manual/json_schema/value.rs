@@ -5,19 +5,17 @@ use crate::units::Dimension;
 use serde_json::{Map, Value, json};
 
 /// The accepted values of a key that is neither a table nor a list.
-pub(super) fn value(key: &Key) -> Map<String, Value> {
+pub(super) fn value(key: &Key) -> Value {
     let mut forms = scalar(key);
     if key.pair.is_some() {
         forms.push(json!({
             "type": "array", "minItems": 2, "maxItems": 2, "items": { "anyOf": forms }
         }));
     }
-    if let [Value::Object(form)] = forms.as_slice() {
+    if let [form] = forms.as_slice() {
         return form.clone();
     }
-    let mut any = Map::new();
-    any.insert("anyOf".into(), Value::Array(forms));
-    any
+    json!({ "anyOf": forms })
 }
 
 /// The forms of one value of a key.
@@ -45,12 +43,11 @@ pub(super) fn scalar(key: &Key) -> Vec<Value> {
 
 /// A number in a range.
 fn number(kind: &str, bounds: Bounds) -> Value {
-    let mut form = Map::new();
-    form.insert("type".into(), json!(kind));
+    let mut form = json!({ "type": kind });
     let mut bound = |name: &str, value: f64| {
         let whole = value.fract() == 0.0 && value.abs() < 9e15;
         let value = if whole { json!(value as i64) } else { json!(value) };
-        form.insert(name.into(), value);
+        form[name] = value;
     };
     if bounds.min.is_finite() {
         let name = if bounds.min_open { "exclusiveMinimum" } else { "minimum" };
@@ -60,7 +57,7 @@ fn number(kind: &str, bounds: Bounds) -> Value {
         let name = if bounds.max_open { "exclusiveMaximum" } else { "maximum" };
         bound(name, bounds.max);
     }
-    Value::Object(form)
+    form
 }
 
 /// A text with a unit, as [`texts`] defines it; `None` if only bare numbers are accepted.
@@ -71,14 +68,11 @@ fn text(dimension: Dimension) -> Option<Value> {
 
 /// Texts with units, by dimension.
 pub(super) fn texts() -> Map<String, Value> {
-    let mut texts = Map::new();
-    for dimension in Dimension::with_text_form() {
-        if let Some(pattern) = dimension.pattern() {
-            let form = json!({ "type": "string", "pattern": pattern });
-            texts.insert(format!("text_{dimension:?}"), form);
-        }
-    }
-    texts
+    let form = |dimension: Dimension| {
+        let form = json!({ "type": "string", "pattern": dimension.pattern()? });
+        Some((format!("text_{dimension:?}"), form))
+    };
+    Dimension::with_text_form().filter_map(form).collect()
 }
 
 /// A default that is a value.
