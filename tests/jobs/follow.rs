@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+use crate::program::said;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -72,6 +73,19 @@ fn tables_are_the_same_for_any_number_of_threads() {
     assert!(written[0] == written[1], "other bytes with two threads");
 }
 
+/// A point of a manifest whose orbits can be followed is computed by `--set` of its axis.
+#[test]
+fn one_point_of_an_interval_is_a_valid_job() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = manifest(GRID, "[continuation]\nover = \"speed\"\n");
+    std::fs::write(folder.path().join("m.toml"), text).unwrap();
+    let checked = said(
+        folder.path(),
+        &["check", "m.toml", "--set", "grid.speed=1500"],
+    );
+    assert!(checked.contains("valid"), "{checked}");
+}
+
 #[test]
 fn what_cannot_be_followed_is_said_with_its_remedy() {
     let follow = ["follow", "m.toml"];
@@ -82,7 +96,10 @@ fn what_cannot_be_followed_is_said_with_its_remedy() {
             "[continuation]\nover = \"speed\"\n",
         ),
         &follow,
-        &["over = \"speed\"", "the interval of `speed` is empty"],
+        &[
+            "its axis `speed` has one value",
+            "no [continuation] of the manifest has an effect",
+        ],
     );
     refused(
         &manifest(

@@ -31,7 +31,9 @@ const CURVES: [&str; 4] = ["fold", "period_doubling", "torus", "graze"];
 #[derive(Debug, thiserror::Error)]
 pub enum FollowError {
     /// The manifest has no `[continuation]`.
-    #[error("the manifest has no [continuation]; add it, for example with over = \"speed\"")]
+    #[error(
+        "no [continuation] of the manifest has an effect; add it, for example with over = \"speed\", an axis with an interval"
+    )]
     NotAsked,
     /// An axis is not a parameter.
     #[error(transparent)]

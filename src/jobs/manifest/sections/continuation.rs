@@ -8,6 +8,7 @@ use crate::manifest::parameter::Parameter;
 use crate::manifest::reader::{Section, all_of};
 use crate::manifest::schema;
 use crate::manifest::spec::{Axis, ContinuationSpec};
+use crate::manifest::tree::Value;
 
 /// The section; `Some(None)` if there is none, `None` if it is faulty.
 pub(in crate::manifest) fn read(
@@ -20,6 +21,15 @@ pub(in crate::manifest) fn read(
     let Some(section) = root.child("continuation")? else {
         return Some(None);
     };
+    // Other commands compute one point of a manifest whose orbits can be followed.
+    if let Some(name) = single_valued(&section, axes) {
+        root.without_effect(
+            &["continuation"],
+            &format!("here: its axis `{name}` has one value"),
+            "give this axis an interval to follow orbits along it",
+        );
+        return Some(None);
+    }
     let named = |section: &Section, key: &str| {
         axis(section, key, (axes, dimensions), (faulty, expressions))
     };
@@ -60,6 +70,22 @@ pub(in crate::manifest) fn read(
     spec.map(Some)
 }
 
+/// The axis that a key names, if it has one value.
+fn single_valued<'a>(section: &Section, axes: &[&'a Axis]) -> Option<&'a str> {
+    ["over", "second"].into_iter().find_map(|key| {
+        let Value::Text(name) = &section.entry(key)?.node.value else {
+            return None;
+        };
+        let found = axes.iter().find(|axis| axis.name() == name)?;
+        (!is_varied(found)).then(|| found.name())
+    })
+}
+
+fn is_varied(axis: &Axis) -> bool {
+    let (low, high) = axis.values.ends();
+    low < high
+}
+
 fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {
     all_of!(GivenState {
         value: table.quantity("at"),
@@ -76,7 +102,6 @@ fn axis(
     (axes, dimensions): (&[&Axis], &[GridDimension]),
     (faulty, expressions): (&[String], &[(String, Expression)]),
 ) -> Option<usize> {
-    let varied = |axis: &Axis| axis.values.ends().0 < axis.values.ends().1;
     let derived = |place: usize| (expressions.iter()).any(|(name, _)| axes[place].name() == name);
     // Expressions are evaluated again along a branch.
     let is_tied = |place: usize| {
@@ -92,7 +117,7 @@ fn axis(
         true => section.text(key)?,
         false if !faulty.is_empty() => return None,
         false => (axes.iter().enumerate())
-            .rfind(|(place, axis)| varied(axis) && !is_tied(*place))
+            .rfind(|(place, axis)| is_varied(axis) && !is_tied(*place))
             .map_or("", |(_, axis)| axis.name()),
     };
     if faulty.iter().any(|fault| fault == name) {
@@ -111,10 +136,6 @@ fn axis(
         )),
         Some(place) => match Parameter::named(name) {
             Err(error) => Some((error.to_string(), "not continuous")),
-            Ok(_) if !varied(axes[place]) => Some((
-                format!("the interval of `{name}` is empty: the axis has one value"),
-                "empty interval",
-            )),
             Ok(_) if is_tied(place) => Some((
                 format!("orbits are followed along one key, but `{name}` is tied to other axes or a distribution"),
                 "a tied axis",
@@ -127,7 +148,7 @@ fn axis(
     };
     let fitting: Vec<&str> = (axes.iter().enumerate())
         .filter(|(place, axis)| {
-            varied(axis) && !is_tied(*place) && Parameter::named(axis.name()).is_ok()
+            is_varied(axis) && !is_tied(*place) && Parameter::named(axis.name()).is_ok()
         })
         .map(|(_, axis)| axis.name())
         .collect();
