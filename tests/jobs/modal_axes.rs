@@ -118,6 +118,31 @@ fn a_gap_of_round_off_is_a_gap_of_zero() {
     }
 }
 
+/// Results know where the files of their manifest are.
+#[test]
+fn a_point_is_named_by_its_values_from_any_folder() {
+    let [folder, elsewhere] = [0, 1].map(|_| tempfile::tempdir().unwrap());
+    let manifest = job("", "speed = { values = [0.8, 0.9] }", "poincare = {}");
+    write(folder.path(), &oscillator(0.1, 1.0), &manifest);
+    said(folder.path(), &["run", "m.toml", "--quiet", "--out", "r"]);
+    let results = folder.path().join("r");
+    let results = results.to_str().unwrap();
+    let drawn = said(
+        elsewhere.path(),
+        &[
+            "plot",
+            results,
+            "--point",
+            "speed=0.9",
+            "--what",
+            "phase",
+            "--out",
+            "p",
+        ],
+    );
+    assert!(drawn.contains("point1"), "{drawn}");
+}
+
 #[test]
 fn a_swept_belt_is_the_belt_of_a_file() {
     let belt = |force: f64, speed: f64| {

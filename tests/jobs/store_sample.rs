@@ -339,6 +339,7 @@ fn write(folder: &Path, shard: Option<Shard>) {
         manifest_hash: "0".into(),
         manifest: "# written by a test\n[job]\nname = \"sample\"\n".into(),
         set: Vec::new(),
+        folder: String::new(),
     };
     write_run(folder, &record).unwrap();
 }

@@ -204,7 +204,7 @@ pub fn job(source: &Path, remedy: &str) -> Result<Job, Option<String>> {
         text: &run.manifest,
         changes: &run.set,
     };
-    let job = written.job("the manifest in run.json", Path::new(""));
+    let job = written.job("the manifest in run.json", Path::new(&run.folder));
     job.map_err(|errors| {
         let first = errors
             .diagnostics

@@ -284,7 +284,7 @@ fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
     match text.trim().parse() {
         Ok(id) => Ok(id),
         Err(_) => {
-            let job = campbell::job(source, "give the point_id instead: --point 3")?;
+            let job = campbell::job(source, "give the point_id of the table points instead")?;
             point::id(&job, text).map_err(Some)
         }
     }

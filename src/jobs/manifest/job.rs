@@ -6,6 +6,7 @@ use super::grid_dimension::GridDimension;
 use super::points::Points;
 use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine, RunUpSpec, Samples};
 use super::{ManifestText, Warnings};
+use std::path::PathBuf;
 
 /// A whole job.
 #[derive(Debug, Clone)]
@@ -18,6 +19,8 @@ pub struct Job {
     pub text: String,
     /// Keys with changed values, as typed: `KEY=VALUE`.
     pub changes: Vec<String>,
+    /// The folder in which relative paths of the manifest start.
+    pub folder: PathBuf,
     /// Keys without effect, and other warnings about the job.
     pub warnings: Warnings,
     /// Hash of all that affects the physics, as lower-case hexadecimal.

@@ -242,6 +242,7 @@ fn resolve_manifest(
                 seed: head.seed,
                 text: issues.sources.borrow_mut().swap_remove(source).text,
                 changes: changes.to_vec(),
+                folder: base_dir.to_owned(),
                 warnings,
                 hash: hash.finish(),
                 axes: plain,

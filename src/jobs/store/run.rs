@@ -56,6 +56,9 @@ pub struct RunRecord {
     /// Keys whose values `--set` changed, each `KEY=VALUE`; the hash includes these values.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub set: Vec<String>,
+    /// The folder in which relative paths of the manifest start.
+    #[serde(default)]
+    pub folder: String,
 }
 
 /// A kernel that was chosen for points of a run.
@@ -382,6 +385,7 @@ pub(super) mod tests {
             manifest_hash: "0123abcd".into(),
             manifest: "[job]\nname = \"flex80\"\n".into(),
             set: Vec::new(),
+            folder: "/drives".into(),
         }
     }
 

@@ -131,6 +131,7 @@ fn record(folder: &Path, written: &Written, state: RunState, points: u64, comput
         manifest_hash: "00".into(),
         manifest: String::new(),
         set: Vec::new(),
+        folder: String::new(),
     };
     write_run(folder, &record).unwrap();
 }
