@@ -136,9 +136,8 @@ fn in_text(sensitivities: &Sensitivities) -> String {
     ));
     for row in &sensitivities.rows {
         let by = row.by.map_or("-".to_owned(), |by| format!("{by:.6e}"));
-        let relative = row.by.map_or("-".to_owned(), |by| {
-            format!("{:+.4}", by * row.at / row.value)
-        });
+        let relative = (row.by.map(|by| by * row.at / row.value)).filter(|part| part.is_finite());
+        let relative = relative.map_or("-".to_owned(), |part| format!("{part:+.4}"));
         let check = match (row.by, row.check, row.error) {
             (Some(by), Some(check), None) if by == check => "differences agree".to_owned(),
             (Some(by), Some(check), None) if (by - check).abs() >= by.abs() => {

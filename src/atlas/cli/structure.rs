@@ -232,10 +232,14 @@ pub fn check_size(point: &PointSpec) -> Result<(), String> {
 fn columns(mode: &NaturalMode, [frequency, ratio]: [usize; 2]) -> String {
     match mode.ratio() {
         None => format!("{:>frequency$} {:>ratio$}", "rigid", "-"),
-        Some(value) => format!(
-            "{:>frequency$} {:>ratio$}",
-            short(mode.frequency / TAU, 1),
-            short(value, 4)
-        ),
+        Some(value) => {
+            let hertz = mode.frequency / TAU;
+            let decimals = (3.0 - hertz.log10().floor()).clamp(1.0, 4.0) as usize;
+            format!(
+                "{:>frequency$} {:>ratio$}",
+                short(hertz, decimals),
+                short(value, 4)
+            )
+        }
     }
 }

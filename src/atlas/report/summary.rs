@@ -274,6 +274,11 @@ impl Summary {
         let wall_time = runs.iter().map(|run| run.totals.wall_time).sum();
         self.wall_time = Some(wall_time);
         self.wall_time_per_cycle = over(wall_time, integrated);
+        // The times of points that advance side by side overlap.
+        let of_workers = |run: &RunRecord| run.totals.wall_time * f64::from(run.placement.threads);
+        let most = over(runs.iter().map(of_workers).sum(), integrated);
+        let known = self.worker_time_per_cycle.zip(most);
+        self.worker_time_per_cycle = known.map(|(time, most)| time.min(most));
         let warnings = runs.iter().flat_map(|run| &run.warnings);
         self.warnings = warnings.map(|warning| shown(warning)).collect();
     }
