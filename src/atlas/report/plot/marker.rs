@@ -4,8 +4,6 @@ use super::canvas::{Canvas, Colour, INK, Place, WHITE, WIDTH};
 use super::lettering::wrapped;
 use super::panel::TICK_SIZE;
 
-/// Fill of symbols.
-
 /// A symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Marker {
