@@ -271,6 +271,31 @@ fn a_modal_file_is_judged_without_a_drawing() {
     assert_eq!(keys, ["mesh.half_gap", "grid.speed"]);
 }
 
+/// An oscillator has neither flanks nor, without `torque`, a load of the grid.
+#[test]
+fn what_an_oscillator_does_not_answer_to_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let modal = "frequency = [1.0]\ndamping = [0.05]\n[[contact]]\nname = \"stop\"\nparticipation = [1.0]\ngap = 0.1\nstiffness = 30.0\n";
+    let torque = format!("torque = [1.0]\n{modal}");
+    std::fs::write(folder.path().join("without.modal.toml"), modal).unwrap();
+    std::fs::write(folder.path().join("with.modal.toml"), torque).unwrap();
+    let keys = |file: &str, section: &str| -> Vec<String> {
+        let text = format!(
+            "job.name = \"o\"\n[model]\nkind = \"modal\"\nfile = \"{file}.modal.toml\"\nlength = 1.0\n\
+             [grid]\nspeed = 2.8\nload = {{ values = [0.1, 0.2] }}\n[analyses]\npoincare = {{ section = \"{section}\" }}\n"
+        );
+        let job = manifest::parse(&text, "m.toml", folder.path()).unwrap();
+        (manifest::advice(&job).into_iter())
+            .map(|word| word.key)
+            .collect()
+    };
+    assert_eq!(
+        keys("without", "entry"),
+        ["grid.load", "analyses.poincare.section"]
+    );
+    assert_eq!(keys("with", "extremum"), [""; 0]);
+}
+
 /// Fewer cycles than before the first reading of errors: points that do not settle would end as not_converged, and
 /// errors of a survey would be too small.
 #[test]

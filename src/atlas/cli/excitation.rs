@@ -56,6 +56,10 @@ pub fn causes(
             value: of_shaft("imposed_motion", &shaft, order, amplitude),
         }
     }));
+    causes.extend(point.mesh.teeth.iter().map(|teeth| Cause {
+        text: plural(teeth.faults.len(), "faulty flank"),
+        value: json!({ "cause": "tooth_fault", "count": teeth.faults.len() }),
+    }));
     causes.extend(structure.and_then(further_contacts));
     if let StructureSource::Modal(structure) = &point.model.source {
         causes.extend(structure.harmonic_loads.iter().map(|load| Cause {

@@ -1,5 +1,6 @@
 //! Which keys of a manifest have no effect on a run?
 
+use crate::analysis::Section as PoincareSection;
 use crate::manifest::tree::{Node, Value};
 use crate::manifest::{
     AxisKey, FrictionSpec, Job, PointSpec, StiffnessSpec, StructureSource, sections,
@@ -63,6 +64,8 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         let why = "is only used by `atlas runup`, not by `atlas run`";
         found.push(("runup".to_owned(), why.to_owned()));
     }
+    found.extend(unloaded(job, first));
+    found.extend(sections_of_flanks(first, root));
     if first.load == 0.0
         && job
             .axes
@@ -77,6 +80,32 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
         found.extend(given.map(|key| (key.to_owned(), why.to_owned())));
     }
     found
+}
+
+/// The axis of loads that no torque of the modal file answers to.
+fn unloaded(job: &Job, first: &PointSpec) -> Option<(String, String)> {
+    let StructureSource::Modal(structure) = &first.model.source else {
+        return None;
+    };
+    let axis =
+        (job.axes.iter()).find(|axis| matches!(axis.key, AxisKey::Load | AxisKey::Torque))?;
+    let idle =
+        structure.torque.iter().all(|torque| *torque == 0.0) && axis.values.ends() != (0.0, 0.0);
+    let why = "has no effect because the modal file has no `torque`";
+    idle.then(|| (format!("grid.{}", axis.name()), why.to_owned()))
+}
+
+/// A section at which only flanks have samples, without flanks.
+fn sections_of_flanks(first: &PointSpec, root: &Node) -> Option<(String, String)> {
+    let section = &first.analyses.poincare.as_ref()?.section;
+    let of_flanks = !matches!(
+        section,
+        PoincareSection::Strobe { .. } | PoincareSection::Surface(_) | PoincareSection::Extremum
+    );
+    let without_mesh =
+        matches!(first.model.source, StructureSource::Modal(_)) && root.at("mesh").is_none();
+    let why = "gives no samples because the modal file has no `mesh`; section = \"strobe\", \"extremum\" or \"surface\" does";
+    (of_flanks && without_mesh).then(|| ("analyses.poincare.section".to_owned(), why.to_owned()))
 }
 
 /// Whether the manifest has a key, or an axis of its grid varies it.
