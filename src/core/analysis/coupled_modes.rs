@@ -92,7 +92,7 @@ impl CoupledModes {
         sum
     }
 
-    /// Works of loads, friction, damping and skew stiffness over a window.
+    /// Passes the work of loads, friction, damping and the skew part of the stiffness over a window to `work`.
     pub fn works(
         &self,
         window: &Window<'_>,

@@ -176,13 +176,13 @@ struct Modes {
 }
 
 impl Modes {
-    /// `None` if an eigenvector does not decay, or if there are too few.
+    /// `None` if an eigenvalue has a modulus of 1 or more, or if there are too few eigenvectors.
     fn new(map: &Mat<f64>) -> Option<Self> {
         let size = map.nrows();
         let mut all: Vec<Vec<f64>> = Vec::new();
         let (mut vectors, mut columns) = (Vec::new(), Vec::new());
         for value in eigenvalues(map.as_ref())? {
-            // An eigenvector that does not decay belongs to no transient. A conjugate pair has one entry.
+            // A mode that does not decay is no transient. A conjugate pair has one entry.
             if value.norm() >= 1.0 {
                 return None;
             }

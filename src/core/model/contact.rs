@@ -199,7 +199,7 @@ impl Contact {
         if closed { self.side * deflection - gap } else { gap - self.side * deflection }
     }
 
-    /// Force \[N\] along its direction, ±F, of a slip of a dry slider or of dry friction; `None` for other contacts.
+    /// Friction force ±F \[N\] while a dry slider or dry friction slips; `None` for other contacts.
     pub fn constant_force(&self, segment: &Segment) -> Option<f64> {
         let force = self.side * segment.stiffness.mean();
         match self.release {

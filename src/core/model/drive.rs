@@ -184,7 +184,7 @@ impl Division {
         out
     }
 
-    /// Part of the mirror image of this division of a drive flank, with its end at the phase `end`.
+    /// Part `from ≤ x ≤ to` of this division's mirror image on \[−1, 1\], as a division that ends at the phase `end`.
     fn mirror_image(&self, [from, to]: [f64; 2], end: f64) -> Self {
         Self {
             end,

@@ -5,7 +5,7 @@ use super::Model;
 /// A component below this part of the largest is round-off.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// A displacement is at rest if its motion is below this part of the fastest possible one.
+/// A block is at rest if the rates of its state are below this part of their upper bound.
 const AT_REST: f64 = 1e-9;
 
 impl Model {

@@ -1,4 +1,4 @@
-//! How does an integration end within a cycle, soon after it is interrupted?
+//! How does an interruption stop an integration before the end of the mesh cycle?
 
 use super::{Counters, Kernel, Observer, PointTables, Stop, Tangents};
 use crate::model::TrajectoryState;

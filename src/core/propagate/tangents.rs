@@ -61,7 +61,7 @@ pub(super) fn write_padded(columns: &mut [f64], length: usize, state: &[f64], ta
     }
 }
 
-/// Copies a trajectory's state and its tangents from such columns.
+/// Copies a trajectory's state and its tangents from columns that [`write_padded`] wrote.
 pub(super) fn read_padded(
     columns: &[f64],
     length: usize,

@@ -18,7 +18,7 @@ use faer::Mat;
 /// Freedoms of a node.
 pub const NODE_FREEDOMS: usize = 6;
 
-/// One freedom of a node; the shaft lies along z, rotations are right-handed.
+/// One degree of freedom of a node, a freedom for short. The shaft lies along z, rotations are right-handed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Freedom {
     /// Displacement along x \[m\].

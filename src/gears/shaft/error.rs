@@ -90,12 +90,12 @@ pub enum ShaftError {
         /// Nodes present.
         nodes: usize,
     },
-    /// A freedom was tied to one that is not free, or to itself.
+    /// A degree of freedom was tied to one that is not free (fixed, tied or carried), or to itself.
     #[error(
         "node {node} has a degree of freedom tied to node {master}, where that degree of freedom is itself tied; tie it to a free one"
     )]
     TiedToBound {
-        /// Node of the tied freedom.
+        /// Node of the tied degree of freedom.
         node: usize,
         /// Node of its master.
         master: usize,

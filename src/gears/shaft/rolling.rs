@@ -293,8 +293,8 @@ fn combined([one, two]: [&Ring; 2], [a, b]: [f64; 2]) -> Ring {
     std::array::from_fn(|i| a * one[i] + b * two[i])
 }
 
-/// `K (Σρ/(χ² E))^{1/3}` of a ball \[m^{-1/3}\] in a groove, whose raceway has the curvature `along` in units of 2/D in
-/// the plane of rolling; `None` without an ellipse.
+/// Term `K (Σρ/(χ² E))^{1/3}` \[m^{-1/3}\] of Hertz's law for a ball in a groove. `along` is the curvature of the
+/// raceway in the plane of rolling, in units of 2/D. `None` if the equation of the axis ratio χ has no solution.
 fn ball_approach(diameter: f64, conformity: f64, along: f64) -> Option<f64> {
     let groove = 0.5 / conformity;
     let sum = 2.0 + along - groove;

@@ -70,7 +70,7 @@ pub struct KernelRecord {
     pub points: u64,
     /// The first of these points.
     pub first_point: u64,
-    /// Why this point got the kernel, in words.
+    /// Why the kernel was chosen for `first_point`, in words.
     pub why: String,
 }
 

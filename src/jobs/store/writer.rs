@@ -252,8 +252,8 @@ impl ResultWriter {
         })
     }
 
-    /// The record of an earlier run, and those of its tables that this run does not write. The record must never remain
-    /// with tables that it does not describe.
+    /// Files to remove before the new ones get their names: the record of an earlier run, which would not describe the
+    /// new tables, and the earlier tables that this run does not write.
     fn in_the_way(&self) -> Vec<PathBuf> {
         let Destination { folder, shard } = &self.destination;
         let written = |kind: &TableKind| {

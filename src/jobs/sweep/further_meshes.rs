@@ -12,7 +12,7 @@ use std::borrow::Cow;
 /// A mean mesh force below this fraction of the rated force is round-off.
 const NO_FORCE: f64 = 1e-9;
 
-/// Why a further mesh has no law.
+/// Why the force law of a further mesh cannot be computed.
 #[derive(Debug, thiserror::Error)]
 #[error("the mesh of {} and {} cannot be computed: {error}", gears[0], gears[1])]
 pub struct FurtherMeshError {

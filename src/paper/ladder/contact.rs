@@ -20,7 +20,7 @@ const COMPARED_CYCLES: u64 = 200;
 
 const JUMP: u64 = 1_000_000;
 
-/// Table 1: steps of 100 ns through rattle, by number of modes.
+/// Table 1: time of a mesh cycle with rattle by steps of 100 ns and by `volterra`, by number of modes.
 pub fn small_steps() -> Value {
     let mut found = Map::new();
     for modes in [2, 6, 12, 20, 40] {

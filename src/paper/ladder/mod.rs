@@ -34,7 +34,7 @@ const PARTS: [Part; 11] = [
     ("contact", contact::cycles),
     ("work_precision", contact::work_precision),
     ("single_precision", single::precision),
-    ("products", products::turns),
+    ("products", products::product_times),
     ("threads", threads::scaling),
     ("drift", drives::drift),
     ("friction", drives::friction),

@@ -138,7 +138,8 @@ fn picture(
         }
     }
     let shown = |found: &&Bifurcation| {
-        line.holds(&found.at) && (!found.is_end() || found.end().is_some_and(|end| !plain(end)))
+        line.holds(&found.at)
+            && (!found.is_end() || found.end().is_some_and(|end| !needs_no_note(end)))
     };
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
     let found: Vec<&Bifurcation> = followed.bifurcations.iter().filter(shown).collect();
@@ -156,7 +157,7 @@ fn picture(
     canvas
 }
 
-fn plain(end: &str) -> bool {
+fn needs_no_note(end: &str) -> bool {
     PLAIN_ENDS.contains(&end) || end.starts_with("merges")
 }
 

@@ -124,7 +124,7 @@ impl SpectralLines {
         })
     }
 
-    /// Reads the lines of the deflection from the lists of points.parquet.
+    /// Reads the spectral lines of the deflection from the columns `harmonics` and `suborders` of points.parquet.
     fn of_harmonics(results: &Results, what: PictureKind, signal: &str) -> Result<Self, PlotError> {
         if signal != "deflection" {
             return Err(what.unfit(&match group(signal) {

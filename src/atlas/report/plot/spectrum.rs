@@ -165,7 +165,7 @@ fn panel(
 
 /// Lines that exceed their surroundings, in contrast to broad-band humps.
 fn tones(lines: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
-    // The window spreads a tone to two neighbouring lines.
+    // The Hann window spreads a tone over two lines on each side of its peak; the third lies outside.
     const REACH: usize = 3;
     lines.windows(2 * REACH + 1).filter_map(|around| {
         let line = around[REACH];

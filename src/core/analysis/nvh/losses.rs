@@ -142,7 +142,7 @@ fn modulus_of_one_change(at_nodes: &NodeValues<'_>, slope: &NodeValues<'_>) -> O
     None
 }
 
-/// `∫ P_n dx = (P_{n+1} − P_{n−1})/(2n + 1), ∫ P_0 dx = P_1` of every term.
+/// Legendre series of an antiderivative: `∫ P_n dx = (P_{n+1} − P_{n−1})/(2n + 1), ∫ P_0 dx = P_1`.
 fn integral(series: &Series) -> [f64; TERMS + 1] {
     let mut integral = [0.0; TERMS + 1];
     for (n, a) in series.iter().enumerate() {

@@ -28,7 +28,7 @@ const ROUND_OFF: f64 = 1e-6;
 /// Fraction of the initial distance below which twins are rescaled.
 const RESCALING_DISTANCE: f64 = 1e-2;
 
-/// Largest round-off, relative to the remaining distance.
+/// Largest round-off of a cycle, relative to the distance between twin and orbit after the cycle.
 const MOST_ROUND_OFF: f64 = 1e-2;
 
 /// The leading exponent from twins.

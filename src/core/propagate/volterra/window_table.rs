@@ -36,8 +36,8 @@ pub struct WindowTable {
 
 impl WindowTable {
     /// Tables for windows of a length \[s\] and a direction, without those of windows in contact. `closures` are the
-    /// stiffnesses of contacts on such windows, with a flag for further windows with a varying stiffness. `other_lines` are the
-    /// other lines on which the force acts. `exponentials` are those of the blocks on a window of this length,
+    /// stiffnesses of contacts on such windows, with a flag for further windows with a varying stiffness. `other_lines`
+    /// are the other lines on which the force acts. `exponentials` are those of the blocks on a window of this length,
     /// `frequencies` those of the transmission errors. `known` are tables that may share arrays with the new one.
     pub fn new(
         (model, layout): (&Model, TableLayout),

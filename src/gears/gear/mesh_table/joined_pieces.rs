@@ -1,6 +1,6 @@
-//! Joins the pieces of a mesh table to few pieces, within an accuracy.
+//! Joins neighbouring pieces of a mesh table into fewer and longer ones, within an accuracy.
 //!
-//! A window of propagation ends with a piece, so pieces cost time. Two neighbours become one piece if a polynomial
+//! Propagation starts a new window at the end of every piece, so pieces cost time. Two become one if a polynomial
 //! follows the stiffness and the tangent error of both, and if means suffice for load centroid and friction.
 //! The error measure is a relative error times the length of the piece in cycles.
 

@@ -104,7 +104,7 @@ impl EquilibriumProblem<'_> {
     fn at(&self, force: &DVector<f64>) -> (DVector<f64>, DMatrix<f64>) {
         let size = self.free.len();
         let moved = self.moved(force);
-        let mut displacement = DVector::zeros(size);
+        let mut spring_force = DVector::zeros(size);
         let mut tangent = DMatrix::zeros(size, size);
         let mut at = 0;
         for element in self.all {
@@ -112,13 +112,13 @@ impl EquilibriumProblem<'_> {
             element.add_force(
                 at,
                 &moved.as_slice()[at..at + rows],
-                &mut displacement,
+                &mut spring_force,
                 &mut tangent,
             );
             at += rows;
         }
         (
-            force + displacement - self.typical.component_mul(&moved),
+            force + spring_force - self.typical.component_mul(&moved),
             tangent,
         )
     }
@@ -129,8 +129,8 @@ impl EquilibriumProblem<'_> {
         let mut force = DVector::zeros(size);
         for _ in 0..MOST_STEPS {
             let (residual, tangent) = self.at(&force);
-            let less = tangent - DMatrix::from_diagonal(&(&self.typical * (1.0 - FLOOR)));
-            let system = DMatrix::identity(size, size) + less * &self.compliance;
+            let difference = tangent - DMatrix::from_diagonal(&(&self.typical * (1.0 - FLOOR)));
+            let system = DMatrix::identity(size, size) + difference * &self.compliance;
             let Some(step) = system.lu().solve(&-&residual) else {
                 return Err(force);
             };

@@ -29,7 +29,7 @@ pub(super) struct Assembled {
 struct ShaftNodes {
     /// Nodes by position \[m\], ascending; for a rigid shaft its carried nodes.
     places: Vec<(f64, usize)>,
-    /// The nodes with independent freedoms.
+    /// The nodes with degrees of freedom of their own.
     independent: std::ops::Range<usize>,
 }
 
@@ -392,7 +392,7 @@ impl Assembled {
         nodes.collect()
     }
 
-    /// The nodes of a shaft with independent freedoms.
+    /// The nodes of a shaft with degrees of freedom of their own; a carried node has none.
     pub fn independent_nodes(&self, shaft: usize) -> std::ops::Range<usize> {
         self.shafts[shaft].independent.clone()
     }

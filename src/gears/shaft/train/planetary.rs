@@ -207,8 +207,8 @@ impl TrainDrive {
         Some([teeth[0]?, teeth[1]?])
     }
 
-    /// Motions of the planets as their carriers take them along at their mean speeds.
-    pub(super) fn orbits(&self, layout: &Layout, assembled: &Assembled) -> Terms {
+    /// Velocities of the planets' centres if every carrier turns at its mean speed.
+    pub(super) fn planet_velocities(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         self.planets()
             .flat_map(|(number, set, planet)| {
                 let [x, y] = arm_vector(&layout.axes, set, planet.shaft);

@@ -222,7 +222,9 @@ impl TrainDrive {
         let turning = shafts
             .chain(loose.zip(layout.speeds[self.shafts.len()..].iter().copied()))
             .map(|(node, speed)| (node, Freedom::RotationZ, speed));
-        let turning: Terms = turning.chain(self.orbits(layout, assembled)).collect();
+        let turning: Terms = turning
+            .chain(self.planet_velocities(layout, assembled))
+            .collect();
         let motion = matrices.functional(&turning);
         let parts = solution.participation(&matrices.momentum(&motion))[..rigid].to_vec();
         let norm = parts.iter().map(|part| part * part).sum::<f64>().sqrt();

@@ -164,7 +164,7 @@ fn face(section: &Section) -> Option<CommonFace> {
     })
 }
 
-/// The plane state. By default it depends on the face width: narrow teeth are free to widen.
+/// Plane stress or plane strain. The default depends on the face width: narrow teeth are free to widen.
 fn plane(section: &Section, size: Option<(f64, f64)>) -> Option<Plane> {
     if section.has("plane") {
         return section.variant("plane");
@@ -173,7 +173,7 @@ fn plane(section: &Section, size: Option<(f64, f64)>) -> Option<Plane> {
     Some(plane_of(module, width))
 }
 
-/// The plane state of teeth with this module \[m\] and face width \[m\].
+/// Plane strain for teeth that are wide compared with their module, otherwise plane stress. Lengths are in m.
 pub(super) fn plane_of(module: f64, width: f64) -> Plane {
     if width > WIDE * FRAC_PI_2 * module { Plane::Strain } else { Plane::Stress }
 }

@@ -13,7 +13,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// Integrals over the face of one parity's polynomials: p for displacements in the section, a for those along
 /// the axis.
-pub(super) struct Axial {
+pub(super) struct FaceIntegrals {
     /// `∫ p p dz`.
     pub mass: Mat<f64>,
     /// `∫ p′ p′ dz`.
@@ -36,7 +36,7 @@ pub(super) struct Axial {
     pub axial_numbers: Vec<f64>,
 }
 
-impl Axial {
+impl FaceIntegrals {
     /// The even or odd polynomials up to a degree on a face of width `width`, and the first `waves` waves of the same
     /// parity.
     pub fn new(width: f64, degree: usize, waves: usize, odd: bool) -> Self {

@@ -11,7 +11,7 @@ mod tooth;
 use super::body::feet;
 use crate::gear::Tooth;
 use crate::numerics::linalg;
-use axial::Axial;
+use axial::FaceIntegrals;
 use faer::Mat;
 use tooth::{FOOT, SolidTooth};
 
@@ -56,7 +56,7 @@ impl SolidGear {
     ) -> Option<Self> {
         let mut same_tooth = vec![Mat::zeros(waves, waves); rolls.len()];
         let parity = |odd: bool, same_tooth: &mut Vec<Mat<f64>>| -> Option<Parity> {
-            let axial = Axial::new(width / tooth.root_radius, waves + 1, waves, odd);
+            let axial = FaceIntegrals::new(width / tooth.root_radius, waves + 1, waves, odd);
             let solid = SolidTooth::new(tooth, poisson_ratio, rolls, &axial)?;
             let ring = ring::waves(teeth, tooth.root_half_angle, ratio, poisson_ratio, &axial)?;
             let turns = quarter_turns(&axial);
@@ -114,7 +114,7 @@ impl SolidGear {
 
 /// Phase of each mode of a foot in quarter turns. With these phases the compliance of a wave round the
 /// gear is real.
-fn quarter_turns(axial: &Axial) -> Vec<usize> {
+fn quarter_turns(axial: &FaceIntegrals) -> Vec<usize> {
     let of = |waves: usize, turn: usize| {
         (0..FOOT).flat_map(move |degree| std::iter::repeat_n(degree + turn, waves))
     };

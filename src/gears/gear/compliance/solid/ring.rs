@@ -5,7 +5,7 @@
 //! face and round the gear is then one of an elastic half space: plane strain along its wave vector and shear across
 //! it. Lengths are in root radii and stresses in Young's moduli.
 
-use super::axial::{Axial, add_product, mirror};
+use super::axial::{FaceIntegrals, add_product, mirror};
 use super::tooth::{FOOT, modes, moduli};
 use crate::gear::compliance::plate::legendre;
 use crate::gear::compliance::ring::harmonics;
@@ -29,7 +29,7 @@ pub(super) fn waves(
     half_angle: f64,
     ratio: f64,
     poisson_ratio: f64,
-    axial: &Axial,
+    axial: &FaceIntegrals,
 ) -> Option<Vec<Mat<f64>>> {
     let ring = SolidRing::new(ratio, poisson_ratio, axial);
     let modes = modes(axial);
@@ -46,7 +46,7 @@ pub(super) fn waves(
 
 /// A ring of outer radius 1 and Young's modulus 1.
 struct SolidRing<'a> {
-    axial: &'a Axial,
+    axial: &'a FaceIntegrals,
     shear: f64,
     lame: f64,
     /// Kolosov's constant of plane strain.
@@ -99,7 +99,7 @@ impl Radial {
 }
 
 impl<'a> SolidRing<'a> {
-    fn new(ratio: f64, poisson_ratio: f64, axial: &'a Axial) -> Self {
+    fn new(ratio: f64, poisson_ratio: f64, axial: &'a FaceIntegrals) -> Self {
         let [shear, lame] = moduli(poisson_ratio);
         let bore = 1.0 / ratio;
         let (section, along) = (axial.loads.nrows(), axial.axial_loads.nrows());

@@ -1,10 +1,10 @@
 //! A tooth above its root circle as an elastic solid with free ends, by Ritz's method.
 //!
 //! In the section the displacements are those of the plane tooth ([`super::super::plate`]) at a lower degree, and so
-//! are displacements along the axis. Along the face they are polynomials ([`Axial`]). Energy and foot are the
+//! are displacements along the axis. Along the face they are polynomials ([`FaceIntegrals`]). Energy and foot are the
 //! three-dimensional form of those of the plane problem. Lengths are in root radii, stresses in Young's moduli.
 
-use super::axial::{Axial, add_product, mirror};
+use super::axial::{FaceIntegrals, add_product, mirror};
 use crate::gear::Tooth;
 use crate::gear::compliance::plate::{Basis, Force, Part, Resolution, interior, legendre};
 use crate::numerics::linalg;
@@ -52,7 +52,7 @@ struct FootMode {
 
 impl FootMode {
     /// Index of its first wave among all modes.
-    fn first(self, axial: &Axial) -> usize {
+    fn first(self, axial: &FaceIntegrals) -> usize {
         let waves = axial.numbers.len();
         match self.direction {
             2 => 2 * FOOT * waves + self.degree * axial.axial_numbers.len(),
@@ -60,7 +60,7 @@ impl FootMode {
         }
     }
 
-    fn waves(self, axial: &Axial) -> &Mat<f64> {
+    fn waves(self, axial: &FaceIntegrals) -> &Mat<f64> {
         match self.direction {
             2 => &axial.axial_loads,
             _ => &axial.loads,
@@ -69,13 +69,18 @@ impl FootMode {
 }
 
 /// Number of modes of a foot.
-pub(super) fn modes(axial: &Axial) -> usize {
+pub(super) fn modes(axial: &FaceIntegrals) -> usize {
     FOOT * (2 * axial.numbers.len() + axial.axial_numbers.len())
 }
 
 impl SolidTooth {
     /// The tooth with a Poisson's ratio, loaded at roll angles of its involute. `None` if the numbers are not finite.
-    pub fn new(tooth: &Tooth, poisson_ratio: f64, rolls: &[f64], axial: &Axial) -> Option<Self> {
+    pub fn new(
+        tooth: &Tooth,
+        poisson_ratio: f64,
+        rolls: &[f64],
+        axial: &FaceIntegrals,
+    ) -> Option<Self> {
         let basis = Basis::new(tooth, &SECTION);
         let points = interior(tooth, &INTERIOR);
         let forces: Vec<Force> = rolls.iter().map(|&roll| Force::at(tooth, roll)).collect();
@@ -106,7 +111,7 @@ impl SolidTooth {
         poisson_ratio: f64,
         points: &[[f64; 3]],
         forces: &[Force],
-        axial: &Axial,
+        axial: &FaceIntegrals,
     ) -> Option<()> {
         let (foot, rows) = foot(part, tooth, axial);
         let mut stiffness = stiffness(part, poisson_ratio, points, axial);
@@ -163,7 +168,7 @@ impl SolidTooth {
 }
 
 /// Integrals over the foot of products of its modes and the displacements, and the indices of these modes.
-fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
+fn foot(part: &Part, tooth: &Tooth, axial: &FaceIntegrals) -> (Mat<f64>, Vec<usize>) {
     let half_angle = tooth.root_half_angle;
     // The axial polynomials have the parity of the radial ones.
     let plane = part.modes(FOOT);
@@ -226,7 +231,12 @@ fn foot(part: &Part, tooth: &Tooth, axial: &Axial) -> (Mat<f64>, Vec<usize>) {
 
 /// Stiffness of the solid, free to float: twice the energy is
 /// `∫ (λ (εx + εy + εz)² + 2 G (εx² + εy² + εz²) + G (γxy² + γxz² + γyz²)) dV`.
-fn stiffness(part: &Part, poisson_ratio: f64, points: &[[f64; 3]], axial: &Axial) -> Mat<f64> {
+fn stiffness(
+    part: &Part,
+    poisson_ratio: f64,
+    points: &[[f64; 3]],
+    axial: &FaceIntegrals,
+) -> Mat<f64> {
     let [shear, lame] = moduli(poisson_ratio);
     // Products of the displacements along x, and of those along y and z: values and derivatives by x and y.
     let samples = [0, 1].map(|component| {
