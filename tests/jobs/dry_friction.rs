@@ -64,6 +64,11 @@ fn faulty_elements_are_refused() {
         said.contains("129 contacts") && said.contains("at most 126"),
         "{said}"
     );
+    let twice = modal(&BELT.repeat(2), MODAL).unwrap_err();
+    assert!(
+        twice.contains("two elements of dry friction have the name `belt`"),
+        "{twice}"
+    );
     // Faults that only the model can detect.
     let stop = "\n[[contact]]\nname = \"buffer\"\nparticipation = [0.1, 0.2, 0.3]\ngap = \"20 um\"\nrestitution = 0.8\n";
     for (text, told) in [
@@ -71,7 +76,10 @@ fn faulty_elements_are_refused() {
             format!("{BELT}{stop}"),
             "dry friction and rigid stops exclude each other",
         ),
-        (BELT.repeat(2), "element 2 of dry friction"),
+        (
+            format!("{BELT}{}", BELT.replacen("\"belt\"", "\"other\"", 1)),
+            "element 2 of dry friction",
+        ),
     ] {
         let job = modal(&text, MODAL).unwrap();
         let said = common::parts().model(&job.points.at(0)).unwrap_err();

@@ -133,11 +133,10 @@ impl JobRun<'_> {
             manifest_hash: job.hash.clone(),
             manifest: job.text.clone(),
             set: job.changes.clone(),
-            folder: (std::path::absolute(&job.folder)
-                .as_deref()
-                .unwrap_or(&job.folder))
-            .display()
-            .to_string(),
+            folder: (std::env::current_dir().unwrap_or_default())
+                .join(&job.folder)
+                .display()
+                .to_string(),
         };
         write_run(folder, &record).map_err(JobRunError::Record)?;
         // Remove the journal last: until the record is written, the next run continues from the journal.
