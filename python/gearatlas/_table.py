@@ -124,7 +124,9 @@ class Table:
         if isinstance(key, str):
             return self._column(key)
         if isinstance(key, (int, np.integer)):
-            return next(iter(self[[range(len(self))[key]]]))
+            if not -len(self) <= key < len(self):
+                raise IndexError(f"there is no row {key}: the table has {len(self)} rows, counted from 0")
+            return next(iter(self[[key % len(self)]]))
         if isinstance(key, (list, tuple)) and key and all(isinstance(name, str) for name in key):
             return Table(self._inner.selected(list(key)))
         rows = np.arange(len(self), dtype=np.uint64)[key]

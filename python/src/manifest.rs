@@ -188,15 +188,15 @@ impl Manifest {
     }
 
     /// The point with a number; `values` change some of its keys.
-    fn point(slf: &Bound<'_, Self>, id: usize, values: &Bound<'_, PyDict>) -> PyResult<Point> {
+    fn point(slf: &Bound<'_, Self>, id: i64, values: &Bound<'_, PyDict>) -> PyResult<Point> {
         let points = &slf.get().job.points;
         let count = points.len();
-        if id >= count {
+        let Some(place) = usize::try_from(id).ok().filter(|place| *place < count) else {
             let sentence =
                 format!("there is no point {id}: the manifest has {count} points, counted from 0");
             return Err(PyIndexError::new_err(sentence));
-        }
-        Point::new(slf.clone().unbind(), points.at(id)).changed(slf.py(), values)
+        };
+        Point::new(slf.clone().unbind(), points.at(place)).changed(slf.py(), values)
     }
 }
 

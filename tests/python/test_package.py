@@ -150,8 +150,9 @@ def test_points_take_values_off_the_grid():
     assert point.speed == pytest.approx(9000 * 2 * np.pi / 60) and point.unit("speed") == "rad/s"
     with pytest.raises(gearatlas.AtlasError, match="did you mean"):
         point.changed({"mesh.half_gpa": 1.0})
-    with pytest.raises(IndexError, match="there is no point 12"):
-        gearatlas.load(QUICKSTART).point(12)
+    for absent in (12, -1):
+        with pytest.raises(IndexError, match=f"there is no point {absent}"):
+            gearatlas.load(QUICKSTART).point(absent)
 
 
 # ---- runs

@@ -89,7 +89,7 @@ def test_a_table_is_a_sequence_of_rows(results):
     assert all(row in points for row in rows) and all(name in points for name in points.columns)
     assert {**rows[0], "speed": 1.0} not in points and "speeds" not in points and 0 not in points
     for wrong in (6, -7):
-        with pytest.raises(IndexError):
+        with pytest.raises(IndexError, match=f"there is no row {wrong}"):
             points[wrong]
     # Polars reads the rows on its own.
     assert rows == pl.DataFrame(points).to_dicts()

@@ -64,11 +64,11 @@ fn summary(name: &str, job: &Job) -> String {
     let parts = Prepared::new(TableStore::in_memory());
     let first = job.points.first();
     let lines = (first.as_ref()).map_or(Vec::new(), |first| describe(job, first, &parts));
-    let mut text = format!("{}: valid\n", printable(name));
-    if let Some(error) = first.and_then(|first| fault(&first, &parts)) {
-        text += &format!("The first point cannot be computed: {error}\n");
-    }
-    text.push('\n');
+    let verdict = match first.and_then(|first| fault(&first, &parts)) {
+        Some(error) => format!("no error in the keys, but the first point cannot be computed: {error}"),
+        None => "valid".to_owned(),
+    };
+    let mut text = format!("{}: {verdict}\n\n", printable(name));
     for (head, line) in lines {
         text += format!("{head:<11} {}", clipped(&line, MOST_CHARACTERS)).trim_end();
         text.push('\n');

@@ -32,7 +32,7 @@ const CURVES: [&str; 4] = ["fold", "period_doubling", "torus", "graze"];
 pub enum FollowError {
     /// The manifest has no `[continuation]`.
     #[error(
-        "no [continuation] of the manifest has an effect; add it, for example with over = \"speed\", an axis with an interval"
+        "there is nothing to follow: [continuation] is missing, or its axis has one value; give [continuation] over = \"speed\", and grid.speed as an interval"
     )]
     NotAsked,
     /// An axis is not a parameter.

@@ -92,21 +92,15 @@ pub(super) fn draw(
     what: PictureKind,
     request: &PlotRequest,
 ) -> Result<Drawn, PlotError> {
+    let read = |table| SignalRows::read(folder, table, what, request.signal.as_deref());
     match what {
-        PictureKind::Spectrogram => spectrogram(folder, request),
-        _ => tracks(folder, request),
+        PictureKind::Spectrogram => spectrogram(read(TableKind::Spectrogram)?, request),
+        _ => tracks(read(TableKind::OrderTracks)?, request),
     }
 }
 
 /// Levels in colour over speed and frequency.
-fn spectrogram(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let signal_name = request.signal.as_deref();
-    let signal_rows = SignalRows::read(
-        folder,
-        TableKind::Spectrogram,
-        PictureKind::Spectrogram,
-        signal_name,
-    )?;
+fn spectrogram(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let lists = signal_rows.table.lists("amplitudes")?;
     let step = column(&signal_rows.table, "frequency_step")?[signal_rows.rows[0]];
     let spectra: Vec<Vec<f64>> = (signal_rows.rows.iter())
@@ -167,14 +161,7 @@ fn spectrogram(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError>
 }
 
 /// Amplitudes of orders over the speed.
-fn tracks(folder: &Path, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let signal_name = request.signal.as_deref();
-    let signal_rows = SignalRows::read(
-        folder,
-        TableKind::OrderTracks,
-        PictureKind::Tracks,
-        signal_name,
-    )?;
+fn tracks(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let (orders, amplitudes) = (
         column(&signal_rows.table, "order")?,
         column(&signal_rows.table, "amplitude")?,

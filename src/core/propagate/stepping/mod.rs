@@ -22,13 +22,13 @@ mod tables;
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
 use crate::model::{
-    Line, MOST_CONTACTS, Model, OUT_OF_REACH, SEVERAL_CONTACTS, Segment, TrajectoryState,
+    Line, MOST_CONTACTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState,
     equal_parts,
 };
 use crate::numerics::linalg::add_scaled;
 use free_flow::FreeFlow;
 use mesh_state::{Change, MeshState};
-use tables::{ContactTable, MidStepContact, Rows, dot, middles};
+use tables::{ContactTable, MidStepContact, Rows, dot};
 
 /// Largest number of equal parts of the cycle in the search for common boundaries of segments.
 const MOST_PARTS: usize = 10_000;
@@ -37,7 +37,6 @@ const MOST_PARTS: usize = 10_000;
 #[derive(Debug, Clone)]
 pub struct Stepping {
     period: f64,
-    half_gap: f64,
     /// Steps per mesh cycle.
     steps: usize,
     /// Mesh cycles of a base period.
@@ -85,11 +84,7 @@ impl Stepping {
 
         let directions: Vec<_> = model.directions.iter().map(Rows::new).collect();
         let contacts = (model.contacts.iter())
-            .map(|contact| ContactTable {
-                contact: contact.clone(),
-                turns: model.ever_turns(contact),
-                middles: middles(model, contact, &directions, steps),
-            })
+            .map(|contact| ContactTable::new(model, contact, &directions, steps))
             .collect();
         let transmission_error = (model.lines.iter())
             .map(|line| {
@@ -123,7 +118,6 @@ impl Stepping {
             .collect();
         Self {
             period,
-            half_gap: model.half_gap,
             steps,
             base,
             event_limit,
@@ -446,10 +440,7 @@ impl Stepping {
             self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
         for (at_end, table) in end.iter().zip(&self.contacts) {
             let reach = at_end.deflection.abs() + at_end.rate.abs() * self.step;
-            let gap = table.contact.half_gap.abs();
-            let there = gap < OUT_OF_REACH * self.half_gap;
-            let unit = if there { gap.max(self.half_gap) } else { self.half_gap };
-            if reach.is_nan() || reach > Self::FARTHEST * unit {
+            if reach.is_nan() || reach > Self::FARTHEST * table.gap {
                 return Err(Stop::Diverged { cycle });
             }
         }

@@ -15,6 +15,8 @@ pub(super) struct Rows {
 #[derive(Debug, Clone)]
 pub(super) struct ContactTable {
     pub contact: Contact,
+    /// Largest gap on any of its lines \[m\].
+    pub gap: f64,
     /// Whether its line or gap changes anywhere.
     pub turns: bool,
     /// The contact at the middle of every step.
@@ -45,6 +47,19 @@ impl MidStepContact {
     }
 }
 
+impl ContactTable {
+    /// The table of a contact for `steps` steps per mesh cycle.
+    pub fn new(model: &Model, contact: &Contact, directions: &[Rows], steps: usize) -> Self {
+        let segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
+        Self {
+            gap: segments.fold(0.0, |most, s| model.gap_on(model.line(s)).max(most)),
+            contact: contact.clone(),
+            turns: model.ever_turns(contact),
+            middles: middles(model, contact, directions, steps),
+        }
+    }
+}
+
 impl Rows {
     /// The rows of a direction.
     pub fn new(direction: &Direction) -> Self {
@@ -63,7 +78,7 @@ impl Rows {
 }
 
 /// A contact at the middle of every step of a base period.
-pub(super) fn middles(
+fn middles(
     model: &Model,
     contact: &Contact,
     directions: &[Rows],
