@@ -17,7 +17,7 @@ pub enum KernelSetting {
 }
 
 impl KernelSetting {
-    /// The word for a choice by the drive's structure.
+    /// The value of `run.kernel` that lets the program choose the kernel.
     pub const AUTO: &'static str = "auto";
 
     /// All values, each with its settings in `[run]`.
@@ -54,12 +54,12 @@ impl Serialize for KernelSetting {
 /// (`benches/runs/2026-11-26-closed-modes-a68263b`).
 const MOST_MODES: usize = 24;
 
-/// This number with many contacts: measured at 24 modes (`benches/runs/2026-11-26-meshes-9b525da8`), an
-/// estimate above.
+/// As [`MOST_MODES`], for more than [`ClosedModes::MOST_PRECOMPUTED`] contact sets. Measured at 24 modes
+/// (`benches/runs/2026-11-26-meshes-9b525da8`), an estimate above.
 const MOST_MODES_MET: usize = 80;
 
-/// Largest number of sets of closed contacts at which measured runs of closed modes cost less. With more
-/// sets, a motion reaches too many of them.
+/// Largest number of contact sets at which closed modes cost less in measured runs. With more sets, a motion
+/// reaches too many of them.
 const MOST_SETS_MET: usize = 1 << 20;
 
 /// Why `auto` chooses a kernel.
@@ -69,7 +69,7 @@ pub enum Why {
     Small {
         /// Modes of the structure.
         modes: usize,
-        /// The tables.
+        /// Size of the tables.
         size: TableSize,
     },
     /// Closed modes: there are many contacts, but a motion will reach few of their sets.
@@ -87,7 +87,7 @@ pub enum Why {
     ManyModes {
         /// Modes of the structure.
         modes: usize,
-        /// Largest number for closed modes.
+        /// Largest number of modes for which `auto` chooses closed modes.
         most: usize,
     },
     /// The structured kernel costs less: a motion reaches many sets, and closed modes compute each of them on
@@ -95,17 +95,17 @@ pub enum Why {
     ManySets {
         /// Sets of closed contacts.
         sets: usize,
-        /// Largest number for closed modes.
+        /// Largest number of sets for which `auto` chooses closed modes.
         most: usize,
     },
-    /// Tables differ between processors.
+    /// Results must have the same bits on every processor, but tables differ between processors.
     Portable,
     /// Closed modes do not support the drive.
     Refused(TableError),
 }
 
 impl Why {
-    /// Whether a drive is suitable for closed modes ([`Why::Small`]), or why it is not.
+    /// The reason for or against closed modes: [`Why::Small`] and [`Why::Met`] are for them.
     ///
     /// * `portable`: whether the bits must be the same on every processor.
     pub fn of(model: &Model, portable: bool) -> Self {
@@ -133,8 +133,8 @@ impl Why {
         }
     }
 
-    /// Which kind of closed modes suits a structure with these modes: all tables at once ([`Why::Small`]), or
-    /// on demand.
+    /// Whether closed modes compute all tables at once ([`Why::Small`]) or on demand ([`Why::Met`]), for a
+    /// structure with `modes` modes.
     pub fn of_tables(modes: usize, size: TableSize) -> Self {
         let sets = size.systems;
         if sets <= ClosedModes::MOST_PRECOMPUTED {

@@ -1,4 +1,4 @@
-//! The kernels by name, each with its settings: the only module that distinguishes them.
+//! The kernels by name, with their settings and how each is built.
 
 use super::{ClosedModes, InstructionSet, KeptTables, Kernel, Stepping, TableError, Volterra};
 use crate::model::Model;
@@ -51,7 +51,7 @@ impl KernelChoice {
     /// Builds the kernel of a model and uses it.
     ///
     /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
-    /// * `kept`: returns the tables of [`ClosedModes`], which are worth keeping.
+    /// * `kept`: returns the stored tables; called for [`ClosedModes`] only.
     ///
     /// # Errors
     /// Tables do not fit the model, or kept tables could not be loaded or computed.

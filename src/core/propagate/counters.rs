@@ -19,7 +19,7 @@ pub struct Counters {
     pub events: u64,
     /// Tangencies: a surface touched within round-off without crossing.
     pub grazings: u64,
-    /// Windows applied to tangent vectors.
+    /// Moves of one tangent vector over a window or over a part of it.
     pub tangent_windows: u64,
     /// Windows in contact with a varying stiffness that is in no table.
     pub factorised: u64,

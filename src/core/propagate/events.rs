@@ -36,7 +36,7 @@ pub struct Margin {
 }
 
 impl Margin {
-    /// The margin of a contact, the `index`-th of its model, that is closed or open.
+    /// The margin of a contact that is closed or open. `index` is its index among the contacts of its model.
     pub fn new(contact: &Contact, index: usize, closed: bool) -> Self {
         let inside = if closed { 1.0 } else { -1.0 };
         Self {
@@ -60,11 +60,11 @@ impl Margin {
     }
 }
 
-/// Largest number of windows per cell of the grid and per event. It allows for windows cut at breakpoints, and for
-/// those before the next start of a cell.
+/// Largest number of windows per cell of the grid and per event. It allows for windows that breakpoints cut,
+/// and for the short windows between an event and the next cell.
 const WINDOWS_OF_EACH: u64 = 8;
 
-/// Limits, counts and reports the changes of contact state in one mesh cycle, and limits its windows.
+/// Counts, limits and reports the events of one mesh cycle, and limits its windows.
 #[derive(Debug, Clone, Copy)]
 pub struct Changes {
     /// Events in this cycle.
@@ -73,12 +73,13 @@ pub struct Changes {
     limit: u32,
     /// Windows in this cycle.
     windows: u64,
-    /// Windows of a cycle without cuts.
+    /// Windows of a cycle if none is cut.
     planned: u64,
 }
 
 impl Changes {
-    /// Before the first event. Allows `limit` events in this cycle, which takes `planned` windows without cuts.
+    /// A cycle before its first event. At most `limit` events are allowed; without cuts, the cycle has
+    /// `planned` windows.
     pub fn new(limit: u32, planned: usize) -> Self {
         Self {
             event_count: 0,
@@ -88,10 +89,10 @@ impl Changes {
         }
     }
 
-    /// Counts a window that starts at a time \[s\] of a mesh cycle with a period \[s\].
+    /// Counts a window that starts at `time` \[s\] of a mesh cycle with the length `period` \[s\].
     ///
     /// # Errors
-    /// [`Stop::Stuck`] if there are more windows than grid and events explain.
+    /// [`Stop::Stuck`] if the cycle has more windows than its grid and its events can cause.
     pub fn count_window(&mut self, cycle: u64, time: f64, period: f64) -> Result<(), Stop> {
         self.windows += 1;
         let accounted = 1 + self.planned + u64::from(self.event_count);
@@ -129,7 +130,8 @@ impl Changes {
     }
 }
 
-/// Dividing out a root amplifies round-off by about the square of the series' length.
+/// Assumed growth of round-off when a root is divided out. The worst case is about the square of the series'
+/// length.
 const DEFLATION_NOISE: f64 = 64.0;
 
 /// A contact in the search for events on a window.
@@ -204,9 +206,9 @@ fn crossing_of(search: Search, contact: usize, counters: &mut Counters) -> Optio
     search.exit.map(|x| Crossing { x, contact })
 }
 
-/// The one of two opposite open contacts that the deflection approaches monotonically. `None` if it may turn, starts
-/// beyond a surface, or starts on the surface ahead. The surface behind needs no check, because the deflection leaves
-/// it at once and does not return.
+/// The contact that the deflection approaches monotonically, if `guards` are two opposite open contacts.
+/// `None` if the deflection may turn, starts beyond a surface, or starts on the surface ahead. The surface
+/// behind needs no check, because the deflection leaves it at once and does not return.
 #[inline(always)]
 fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -264,7 +266,7 @@ mod tests {
         (found, counters)
     }
 
-    /// Windows that no event explains end the cycle, and the error contains their position.
+    /// Too many windows without an event end the cycle. The error contains the mesh phase.
     #[test]
     fn windows_that_do_not_get_on_are_given_up() {
         let mut changes = Changes::new(100, 9);

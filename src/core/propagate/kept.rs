@@ -1,14 +1,14 @@
 //! How are a kernel's tables stored as plain arrays and read back?
 //!
-//! Arrays of one name are concatenated, table by table. Operators keep the order of their panels, so that a kernel
-//! can multiply by them in place.
+//! Arrays with one name are concatenated, table by table. The numbers of an operator have the order in which
+//! a kernel reads them, so that it can multiply by them in place.
 
 use super::TableError;
 use super::vectors::Aligned;
 use std::any::Any;
 use std::sync::{Arc, OnceLock};
 
-/// Largest count in a kept table.
+/// Largest count that a kept table may contain.
 const LARGEST_COUNT: f64 = 1e6;
 
 /// One array of a kernel's tables.
@@ -27,7 +27,8 @@ pub type SharedStorage = OnceLock<Arc<dyn Any + Send + Sync>>;
 
 /// Stored tables, by the names under which they were written.
 pub trait KeptTables {
-    /// The numbers of an array. Products are fast if they are aligned to 64 bytes.
+    /// The numbers of an array; `None` if there is no such array. Products are faster if the numbers are
+    /// aligned to 64 bytes.
     fn numbers(&self, name: &str) -> Option<&[f64]>;
 
     /// Storage for data that kernels of the same structure create on demand and share; `None` if these tables have
@@ -49,7 +50,7 @@ impl KeptTables for Vec<TableArray> {
 pub struct KeptWriter(Vec<(&'static str, &'static str, Vec<f64>)>);
 
 impl KeptWriter {
-    /// Appends to the array of a name.
+    /// Appends `values` to the array `name`.
     pub fn push(&mut self, name: &'static str, unit: &'static str, values: &[f64]) {
         match self.0.iter_mut().find(|(known, ..)| *known == name) {
             Some((.., all)) => all.extend_from_slice(values),
@@ -86,7 +87,7 @@ impl<'t> KeptReader<'t> {
         }
     }
 
-    /// The next numbers of an array.
+    /// The next `count` numbers of an array.
     pub fn take(&mut self, name: &'static str, count: usize) -> Result<&'t [f64], TableError> {
         let place = match self.rests.iter().position(|(known, _)| *known == name) {
             Some(place) => place,

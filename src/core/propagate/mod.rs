@@ -1,11 +1,10 @@
 //! Kernels that integrate the piecewise-linear system, and their common parts: events, saltation, observers, work
 //! counters.
 //!
-//! A kernel is built for one [`Model`], has no state, and advances whole mesh cycles. The caller supplies the
-//! trajectory, the tangents and the workspace. An integrated cycle allocates nothing, except when a contact closes
-//! for the first time since the kernel was built, or when a model with very many contact sets reaches one of them for
-//! the first time. Kernels are generic over the observer, so that
-//! unobserved quantities are not computed.
+//! A kernel is built for one [`Model`] and advances whole mesh cycles. The caller supplies the trajectory,
+//! the tangents and the workspace. An integrated cycle allocates no memory, with two exceptions: a contact
+//! closes for the first time since the kernel was built, or a model with very many contact sets reaches a new
+//! one. Kernels are generic over the observer, so that unobserved quantities are not computed.
 
 mod auto;
 mod choice;
@@ -42,14 +41,15 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::instructions::portable;
 use std::sync::Arc;
 
-/// Largest relative difference of two lengths of cells or windows that count as equal.
+/// Two lengths of cells or windows are equal if their relative difference is at most this.
 pub const SAME_LENGTH: f64 = 1e-12;
 
-/// Deflections of every line beyond which a motion has diverged: [`FARTHEST`] times its gap.
+/// Largest deflection along every line, in the units of its contacts. Beyond it, a motion has diverged. It is
+/// [`FARTHEST`] times [`Model::gap_on`], and infinite for a line that shows a force.
 fn farthest(model: &Model) -> Vec<f64> {
     (0..model.lines.len())
         .map(|line| {
-            // The force of a rigid stop has no bound.
+            // A line with direct effects shows the force of a constraint, which has no bound.
             let is_deflection = model.lines[line].direct.is_empty();
             if is_deflection { FARTHEST * model.gap_on(line) } else { f64::INFINITY }
         })
@@ -65,19 +65,19 @@ pub fn instructions() -> &'static str {
 /// Reasons for the end of an integration.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum Stop {
-    /// The state left every physical range or became non-finite.
+    /// A deflection is larger than any physical one, or not finite.
     #[error("the state diverged in mesh cycle {cycle}")]
     Diverged {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// The initial state is out of range already.
+    /// The initial state is already out of range.
     #[error(
         "the mesh deflection of the initial state is {half_gaps:.1e} half gaps, but more than {farthest:.0e} half \
          gaps count as diverged; set run.initial to a smaller state"
     )]
     FarStart {
-        /// Its deflection \[half gaps\].
+        /// Deflection of the initial state \[half gaps\].
         half_gaps: f64,
         /// The largest allowed deflection \[half gaps\].
         farthest: f64,
@@ -90,7 +90,7 @@ pub enum Stop {
         /// The limit.
         limit: u32,
     },
-    /// The integration takes windows without progress.
+    /// The integration takes more windows than the mesh cycle can need.
     #[error(
         "mesh cycle {cycle} does not end: after {windows} windows, the integration is at mesh phase {phase}; this is \
          an error of the program, please report it with the manifest. Try another run.kernel, or move the breakpoints \
@@ -145,14 +145,13 @@ pub trait Kernel {
     /// A workspace for this kernel.
     fn workspace(&self) -> Self::Workspace;
 
-    /// Whether its errors are within round-off. For an approximate kernel, an energy balance that does not close is
-    /// no error.
+    /// Whether the errors of this kernel are within round-off. The energy balance of an approximate kernel
+    /// need not close.
     fn exact(&self) -> bool {
         true
     }
 
-    /// Whether a trajectory of a model, at the start of a mesh cycle, is within the range of
-    /// this kernel.
+    /// Checks that a trajectory at the start of a mesh cycle is within the range of this kernel.
     ///
     /// # Errors
     /// [`Stop::FarStart`].
@@ -174,8 +173,8 @@ pub trait Kernel {
     ///
     /// # Errors
     /// [`Stop`] if the trajectory diverges, the cycle has too many events, or windows make no progress. Also
-    /// if the kernel has no table, or the observer interrupts the integration. `trajectory` is then
-    /// unspecified.
+    /// if the kernel has no table for a set of closed contacts, or if the observer interrupts the
+    /// integration. `trajectory` is then unspecified.
     fn advance_cycle<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -185,13 +184,13 @@ pub trait Kernel {
         counters: &mut Counters,
     ) -> Result<(), Stop>;
 
-    /// Tables with which cycles of this point are integrated beside those of others ([`SideBySide`]), if the model is
-    /// suited.
+    /// The tables of this operating point for [`SideBySide`], which integrates cycles of several points at
+    /// once. `None` if the model is not suitable.
     fn point_tables(&self) -> Option<&Arc<PointTables>> {
         None
     }
 
-    /// Integrates some mesh cycles without tangents.
+    /// Integrates `cycles` mesh cycles without tangents.
     ///
     /// # Errors
     /// As [`Kernel::advance_cycle`]; `counters` includes the cycles before the error.
@@ -244,7 +243,7 @@ mod tests {
             stop(&model, &Stepping::new(&model, 400, 1000)),
         ];
         for found in found {
-            // In 630 mesh cycles e^{140 t} takes a micrometre to ten kilometres, in 440 to ten metres.
+            // A micrometre grows like e^{140 t}: to ten metres in 440 mesh cycles, to ten kilometres in 630.
             let Stop::Diverged { cycle } = found else {
                 panic!("{found:?}");
             };

@@ -28,10 +28,10 @@ pub struct Window<'a> {
     /// Deflection along the line of every contact \[m\], open ones too. Empty unless the observer asks for it
     /// ([`Observer::LINES`]) and the kernel has solved the whole window along all lines.
     pub along: &'a [&'a [f64]],
-    /// First components of the blocks at the window's start, length N. They may be omitted if the observer does not
-    /// read states.
+    /// First components of the blocks at the window's start, length N. A kernel may leave them empty if the
+    /// observer does not read states.
     pub first: &'a [f64],
-    /// Second components, with the same rule.
+    /// Second components, which may be empty too.
     pub second: &'a [f64],
 }
 
@@ -47,7 +47,7 @@ pub struct ClosedContact<'a> {
 }
 
 impl<'a> ClosedContact<'a> {
-    /// Contacts with their deflections and forces.
+    /// One entry per contact; `series` has its deflection and its force.
     pub(super) fn each<const P: usize, const M: usize>(
         contacts: &[usize; M],
         series: &'a [[[f64; P]; 2]; M],

@@ -1,14 +1,13 @@
 //! How does an event change tangent vectors?
 //!
-//! With contact damping the vector field jumps by `−g c δ'` on the way into contact, so
-//! that the saltation matrix `I + (f⁺ − f⁻) wᵀ / δ'` (Leine & Nijmeijer 2004) is
-//! `I − c g wᵀ` on entry and `I + c g wᵀ` on release. It does not depend on the state, and
-//! because `w·g = 0` its determinant is 1.
+//! At the entry into contact, contact damping makes the vector field jump by `−g c δ'`. The saltation matrix
+//! `I + (f⁺ − f⁻) wᵀ / δ'` (Leine & Nijmeijer 2004) is therefore `I − c g wᵀ` on entry and `I + c g wᵀ` on
+//! release. It does not depend on the state. Its determinant is 1, because `w·g = 0`.
 
 use crate::model::MeshGain;
 
-/// Applies the saltation matrix to a tangent vector, given by its first and second components, at least one per gain.
-/// `damping` is c \[N s/m\] on the contact side.
+/// Applies the saltation matrix to a tangent vector, given by its first and second components. Both have at
+/// least one entry per gain. `damping` is c \[N s/m\] of the closed contact.
 pub fn apply(
     gains: &[MeshGain],
     damping: f64,

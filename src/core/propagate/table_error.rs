@@ -78,7 +78,7 @@ pub enum TableError {
         /// The array.
         name: &'static str,
     },
-    /// More systems than the limit for tables.
+    /// Too many contacts, or too many systems to number them.
     #[error(
         "{contacts} contacts may be closed in too many ways: tables take at most {most} contacts, with few levels of \
          stiffness; set run.kernel = \"volterra\""
@@ -86,7 +86,7 @@ pub enum TableError {
     TooManySets {
         /// Contacts of the drive.
         contacts: usize,
-        /// The limit.
+        /// Largest number of contacts.
         most: usize,
     },
     /// Tables would exceed the limit of size.
@@ -109,7 +109,7 @@ impl TableError {
         !matches!(self, Self::Kept { .. })
     }
 
-    /// The cause, without the following figures and remedy.
+    /// The cause: the message up to its first colon or semicolon, without remedy.
     pub fn cause(&self) -> String {
         let text = self.to_string();
         text.split([':', ';']).next().unwrap_or_default().to_owned()

@@ -50,8 +50,8 @@ impl Tangents {
     }
 }
 
-/// Copies a trajectory's state and its tangents into columns of a length, with both halves padded to half of it. The
-/// padding stays as it is.
+/// Copies the state and the tangents of a trajectory into one column each, with `length` entries per column.
+/// Each half of a vector fills the start of a half of its column. The padding behind it does not change.
 pub(super) fn write_padded(columns: &mut [f64], length: usize, state: &[f64], tangents: &Tangents) {
     let vectors = (0..tangents.count()).map(|i| tangents.vector(i));
     for (to, from) in (columns.chunks_exact_mut(length)).zip([state].into_iter().chain(vectors)) {

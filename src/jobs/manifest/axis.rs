@@ -11,7 +11,7 @@ pub enum AxisKey {
     Key(String),
     /// Fraction of the rated mesh force.
     Load,
-    /// Speed of the pinion.
+    /// Speed of the pinion \[rad/s\].
     Speed,
     /// Torque on the pinion \[N m\].
     Torque,
@@ -38,7 +38,7 @@ impl AxisKey {
         }
     }
 
-    /// Sort key of axes: model keys by name, load or torque, speed.
+    /// Sort key of axes: first model keys by name, then load or torque, then speed.
     pub(super) fn rank(&self) -> (u8, &str) {
         match self {
             Self::Key(key) => (0, key),
@@ -47,7 +47,7 @@ impl AxisKey {
         }
     }
 
-    /// Whether it is a key of the model, not of the operating point.
+    /// Whether the axis varies a model key instead of the operating point (load, torque, speed).
     pub fn is_model_key(&self) -> bool {
         matches!(self, Self::Key(_))
     }
@@ -81,7 +81,8 @@ impl AxisValues {
         Self(Form::Each(values.into()))
     }
 
-    /// `count` values from end to end; both ends are exact.
+    /// `count` values from `from` to `to`, evenly spaced, or with equal ratios if `logarithmic`. Both ends
+    /// are exact.
     pub(super) fn even(from: f64, to: f64, count: usize, logarithmic: bool) -> Self {
         Self(Form::Even {
             from,
@@ -91,8 +92,8 @@ impl AxisValues {
         })
     }
 
-    /// The values of an even range with each interval halved `times` times: existing values keep their bits. `None` for
-    /// listed values and for a single one.
+    /// This range with each interval halved `times` times. Existing values keep their bits. `None` for listed
+    /// values and for a single value.
     pub(super) fn halved(&self, times: u32) -> Option<Self> {
         match &self.0 {
             Form::Even {
@@ -210,7 +211,7 @@ impl Ascending {
         }
     }
 
-    /// The index of the value that has `rank` smaller values.
+    /// The index of the value with this rank. Rank 0 is the smallest value.
     pub fn place(&self, rank: usize) -> usize {
         match &self.0 {
             Ranks::Listed(places) => places[rank],

@@ -9,9 +9,9 @@ use super::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
 use std::path::Path;
 
-/// A column in the text.
+/// A column of a list of points, as it was read.
 pub(super) struct Column {
-    /// Name.
+    /// Name and its place.
     pub name: Entry,
     /// Unit of the values, if the header of the column has one.
     pub unit: Option<(String, Span)>,
@@ -47,7 +47,7 @@ pub(super) fn read(
 pub(super) struct Quantities {
     /// Name of the quantity.
     pub name: &'static str,
-    /// Place of the column's head and of each value.
+    /// Place of the column's header and of each value.
     pub spans: (Span, Vec<Span>),
     /// Values in SI.
     pub values: Vec<f64>,
@@ -106,7 +106,7 @@ pub(super) fn quantities(
     all_or_none(read)
 }
 
-/// Takes the only column with one of some names; reports if there is none or more than one.
+/// Takes the only column whose name is one of `names`. Reports if there is none or more than one.
 pub(super) fn one_of(
     issues: &Issues,
     columns: &mut Vec<Quantities>,
@@ -144,7 +144,7 @@ pub(super) fn one_of(
         .fail(issues)
 }
 
-/// Whether a column has at least two values and all increase; reports if not.
+/// Whether a column has at least two values, each larger than the one before. Reports the fault if not.
 pub(super) fn increases(issues: &Issues, column: &Quantities, list: &ListOf) -> bool {
     let pairs = column.values.windows(2);
     let fault = match pairs.clone().position(|pair| pair[1] <= pair[0]) {
@@ -173,8 +173,8 @@ pub(super) fn increases(issues: &Issues, column: &Quantities, list: &ListOf) -> 
 }
 
 impl Column {
-    /// Whether the unit of the column, if any, has the dimension `wanted` (any known one if `None`). Reports a wrong
-    /// unit.
+    /// Whether the unit of the column has the dimension `wanted`; `None` accepts every known unit. A column
+    /// without a unit fits. Reports a wrong unit.
     pub fn unit_fits(&self, issues: &Issues, path: &str, wanted: Option<Dimension>) -> bool {
         let Some((unit, span)) = &self.unit else {
             return true;
@@ -202,7 +202,7 @@ impl Column {
     }
 }
 
-/// The columns of rows in the manifest.
+/// The columns of a list of tables in the manifest, one table per point.
 fn rows_of(issues: &Issues, node: &Node, rows: &[Node], list: &ListOf) -> Option<Vec<Column>> {
     if rows.is_empty() {
         let message = format!("`{}` is empty", list.path);

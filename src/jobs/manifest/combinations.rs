@@ -1,11 +1,12 @@
-//! Combinations of values of the model keys of a grid, by number, the last key fastest. Rows of a list with equal
-//! values count as one.
+//! Numbers the combinations of values of the model keys of a grid; the last key varies fastest. Rows of a
+//! list of points with equal values of all model keys are one combination.
 
 use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use std::collections::{BTreeSet, HashMap};
 
-/// Largest number of axes for which all combinations of ends are corners. Further axes have their ends in common.
+/// Largest number of dimensions whose ends are combined with one another to form corners. Further dimensions
+/// take the same end as the last of them.
 const MOST_CORNERED: u32 = 8;
 
 /// The dimensions of the model keys of a grid.
@@ -15,7 +16,7 @@ pub(super) struct Combinations {
     pub lengths: Vec<usize>,
     /// The dimension of each model key.
     of_keys: Vec<usize>,
-    /// Equal positions of each dimension along which values may repeat.
+    /// The groups of equal positions of each dimension; `None` if no values repeat.
     alike: Vec<Option<EqualPlaces>>,
 }
 
@@ -29,7 +30,7 @@ struct EqualPlaces {
 }
 
 impl EqualPlaces {
-    /// For a dimension along which several axes advance in step; `None` if no values repeat.
+    /// The groups of a dimension with several axes or samples; `None` if no values repeat.
     fn new(axes: &[GridAxis], dimension: &GridDimension) -> Option<Self> {
         if !dimension.is_tied() {
             return None;
@@ -78,12 +79,12 @@ impl Combinations {
             .collect()
     }
 
-    /// The combination at these positions along the dimensions.
+    /// The number of the combination at these positions along the dimensions.
     fn number(&self, places: impl Iterator<Item = usize>) -> usize {
         (self.lengths.iter().zip(places)).fold(0, |number, (length, place)| number * length + place)
     }
 
-    /// The first combination with the same values.
+    /// The smallest number of a combination with the same values.
     pub fn first_like(&self, number: usize) -> usize {
         if self.alike.iter().all(Option::is_none) {
             return number;
@@ -102,7 +103,8 @@ impl Combinations {
             .collect()
     }
 
-    /// The first combination of each set of different values; `distinct` has their number along each dimension.
+    /// The numbers of all combinations with different values. `distinct` is the number of different values
+    /// along each dimension.
     pub fn each(&self, distinct: Vec<usize>) -> impl Iterator<Item = usize> + use<'_> {
         (0..distinct.iter().product()).map(move |nth| {
             let places = GridDimension::places(&distinct, nth).into_iter();

@@ -4,7 +4,7 @@
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 
-/// Words of messages about a list of points.
+/// Texts for messages about a list of points.
 #[derive(Debug)]
 pub(super) struct ListOf {
     /// The key that holds the list or names its file.
@@ -28,7 +28,7 @@ pub(super) struct SheetColumn {
     pub cells: Vec<(Span, f64, String)>,
 }
 
-/// Text without surrounding blanks and quotes.
+/// Text of a cell without surrounding blanks and quotes, and the byte at which it starts.
 #[derive(Debug, Clone, Copy)]
 struct Cell<'t> {
     text: &'t str,
@@ -113,7 +113,7 @@ impl<'i> Reader<'i> {
         self.issues.push(diagnostic.label(label).remedy(remedy));
     }
 
-    /// Columns of a header line, without numbers.
+    /// The columns that a header line names, still without numbers.
     fn header(&mut self, start: usize, head: &str) -> Option<Vec<SheetColumn>> {
         let mut columns: Vec<SheetColumn> = Vec::new();
         for cell in cells(head, start, self.parting) {
@@ -158,7 +158,7 @@ impl<'i> Reader<'i> {
         Some((name.trim_end(), has_unit.then(|| (unit.to_owned(), span))))
     }
 
-    /// Adds the numbers of a line to their columns; returns whether it has one for each.
+    /// Adds the numbers of a line to their columns. Returns whether the line has one cell per column.
     fn line(&mut self, start: usize, line: &str, columns: &mut [SheetColumn]) -> bool {
         let found: Vec<Cell<'_>> = cells(line, start, self.parting).collect();
         let (given, expected) = (found.len(), columns.len());
@@ -214,7 +214,7 @@ impl<'i> Reader<'i> {
     }
 }
 
-/// The lines that are not ignored, each with its start.
+/// The lines that are not ignored, each with the byte at which it starts.
 fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut next = 0;
     text.split_inclusive('\n')

@@ -69,7 +69,7 @@ pub enum DiagnosticKind {
     UnknownKey,
     /// A key or table that must be given.
     MissingKey,
-    /// A value of another type.
+    /// A value of the wrong type.
     WrongType,
     /// Text that is not a quantity of the expected dimension.
     WrongUnit,
@@ -214,7 +214,7 @@ pub(super) struct Issues {
     pub found: RefCell<Vec<Diagnostic>>,
     /// Number of further faults.
     pub more: Cell<usize>,
-    /// Start of the text in the last file that remained unread because of earlier faults.
+    /// First byte that was not read in the last file with a syntax error; `None` if all of it was read.
     pub unread: Cell<Option<usize>>,
 }
 

@@ -117,7 +117,7 @@ mod tests {
     fn a_short_line_is_shown_whole() {
         let wanted = |text: &str, spot: &str| (text.to_owned(), spot.to_owned());
         assert_eq!(of("a\nbcd\ne", 3, 4), wanted("bcd", "c"));
-        // A place over several lines ends with the first.
+        // A place over several lines ends with the first line.
         assert_eq!(of("a\nbcd\ne", 3, 7), wanted("bcd", "cd"));
         assert_eq!(of("a\n", 2, 2), wanted("", ""));
         assert_eq!(

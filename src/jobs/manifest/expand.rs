@@ -1,10 +1,11 @@
 //! How do the points of a grid follow from the manifest? Combinations of model-key values are put into the tree and
 //! resolved like text. Load and speed vary within a combination and need no resolution.
 //!
-//! Every combination is judged, that is, resolved and searched for faults, if that takes a fraction of a second.
-//! Otherwise some are judged: the corners of the grid and others evenly between. Rows of a list with equal values of
-//! the model keys are one combination. The range of each key was checked for all values at their place. Inconsistent
-//! values of other combinations are found when their point is requested.
+//! Every combination is judged, that is, resolved and searched for faults, if that takes a fraction of a
+//! second. Otherwise only some are judged: the corners of the grid and evenly spaced others. Rows of a list
+//! with equal values of the model keys are one combination. Every value was already checked against the range
+//! of its key when its axis was read. A combination that was not judged is resolved when one of its points is
+//! requested; only then are its faults found.
 
 use super::axis::AxisKey;
 use super::combinations::{Combinations, chosen};
@@ -34,7 +35,7 @@ const MAX_FAULTY: usize = 1000;
 const INCONSISTENT: &str = "the values do not fit together, and no section gives the reason: this is \
     an error of atlas, please report it with the manifest";
 
-/// Number of occurrences of a fault.
+/// Index of a fault in the list of faults, and number of combinations that have it.
 #[derive(Debug)]
 struct Occurrence {
     index: usize,
@@ -43,16 +44,18 @@ struct Occurrence {
 
 type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 
-/// Key that, where it varies, changes the teeth of a drawing: thinner teeth give the half gap.
+/// Key of the half gap. Where it varies, the thinning of the drawn teeth changes to give it.
 const HALF_GAP: &str = "mesh.half_gap";
 
-/// Largest number of nodes of the tree that are resolved over all judged combinations: about a tenth of a second.
+/// Largest number of nodes of the tree, summed over all judged combinations. Resolving them takes about a
+/// tenth of a second.
 const MOST_NODES: usize = 500_000;
 
-/// Smallest and largest number of combinations that are judged if not all are; long manifests get fewer.
+/// Smallest and largest number of judged combinations if not all are judged. A longer manifest gets fewer.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
-/// Number of resolved combinations that are kept beside the judged ones: some megabytes.
+/// Largest number of resolved combinations that are kept in addition to the judged ones. They take some
+/// megabytes.
 const MOST_KEPT: usize = 4096;
 
 /// The judged combinations of values of the model keys, the last key fastest.
@@ -64,7 +67,7 @@ pub(super) struct JudgedCombinations {
 }
 
 impl JudgedCombinations {
-    /// The variants without faults.
+    /// The resolved combinations, all without faults.
     pub fn variants(&self) -> &[Variant] {
         &self.variants
     }
@@ -72,8 +75,8 @@ impl JudgedCombinations {
 
 /// Resolves the grid, the last model key fastest.
 ///
-/// Every fault is recorded once, with the first combination that has it, unless all have it. Without `exhaustive` (the
-/// grid is too large), only the first combination is judged.
+/// Every fault is recorded once. It names the first combination that has it, unless all have it. Without
+/// `exhaustive` (the grid is too large), only the first combination is judged.
 pub(super) fn expand(
     tree: &mut Node,
     axes: &[GridAxis],
@@ -98,7 +101,7 @@ pub(super) fn expand(
     let distinct = combinations.distinct();
     let others = (in_part && distinct.iter().product::<usize>() <= budget)
         .then(|| combinations.each(distinct));
-    // The hash does not depend on equal rows.
+    // Only the combinations in `looked_at` enter the hash; `others` are resolved, too, but do not enter it.
     let numbers = (looked_at.into_iter().map(|number| (number, true)))
         .chain(others.into_iter().flatten().map(|number| (number, false)));
     let mut variants = BTreeMap::<usize, Variant>::new();
@@ -154,7 +157,7 @@ pub(super) fn expand(
             _ = sometimes.insert(occurrence.index)
         }
     }
-    // A key with an effect at some points has an effect.
+    // A key that has an effect at some points gets no warning.
     let mut index = 0..;
     diagnostics.retain(|diagnostic| {
         let sometimes = index.next().is_some_and(|index| sometimes.contains(&index));
@@ -168,7 +171,8 @@ pub(super) fn expand(
     }
 }
 
-/// Puts one value of every key axis into the tree; false if a value has no place there.
+/// Puts the values of the model keys at `index` into the tree. False if a key names an element that does not
+/// exist, which is reported.
 fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Issues) -> bool {
     let mut fits = true;
     for (key, &i) in keys.iter().zip(index) {
@@ -194,7 +198,8 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
     fits
 }
 
-/// Drops faults that earlier combinations already have. Adds the name of the combination to new faults.
+/// Drops new faults that an earlier combination already has. Adds the values of this combination to the
+/// others.
 fn keep_new_faults(
     issues: &Issues,
     before: usize,
@@ -241,7 +246,7 @@ fn keep_new_faults(
     }
 }
 
-/// The text of a job, kept to resolve combinations that were not judged, and points outside the grid.
+/// The tree of a manifest, kept to resolve combinations that were not judged, and points outside the grid.
 #[derive(Debug, Clone)]
 pub struct PointResolver(Arc<KeptPoint>);
 
@@ -250,7 +255,8 @@ struct KeptPoint {
     tree: Node,
     keys: Vec<GridAxis>,
     combinations: Combinations,
-    /// Whether the points have a torque, which then stays constant when the rated torque changes.
+    /// Whether the grid gives a torque instead of a load. The torque then stays constant when the rated
+    /// torque changes.
     torque: bool,
     base_dir: PathBuf,
     modal_files: HashMap<PathBuf, Option<Arc<ModalFile>>>,
@@ -258,7 +264,7 @@ struct KeptPoint {
     modal_tree: Option<Node>,
     /// Whether axes or commands change that tree.
     modal_changed: bool,
-    /// Axes given by expressions, each after those that it needs.
+    /// Axes given by expressions. Each comes after the axes in its expression.
     derived: Vec<(AxisKey, Dimension, Expression)>,
     housings: HashMap<PathBuf, Option<Arc<Housing>>>,
 }
@@ -305,7 +311,7 @@ impl PointResolver {
         Self(kept)
     }
 
-    /// Axes given by expressions, with their dimensions, each after those that it needs.
+    /// Axes given by expressions, with their dimensions. Each comes after the axes in its expression.
     pub(super) fn derived(&self) -> &[(AxisKey, Dimension, Expression)] {
         &self.0.derived
     }
@@ -315,8 +321,8 @@ impl PointResolver {
         self.0.derived.iter().any(|(key, ..)| key.name() == name)
     }
 
-    /// Gives a point the mesh and the excitation for its axis values. `None` if the manifest would be faulty with these
-    /// values.
+    /// Sets the mesh and the excitation of a point by its axis values, and its model if values of the modal
+    /// file change. `None` if the manifest would be faulty with these values.
     pub(super) fn resolve(&self, point: &mut PointSpec) -> Option<()> {
         let resolved = self.combine(&point.axis_values, None).ok()?;
         if self.0.modal_changed {
@@ -327,7 +333,7 @@ impl PointResolver {
         Some(())
     }
 
-    /// The node at a dotted path of the manifest, or of the modal file if the name belongs to that.
+    /// The node at a dotted path of the manifest, or at the name of a number of the modal file.
     pub(super) fn node(&self, path: &str) -> Option<&Node> {
         if !modal_keys::is_modal_number_name(path) {
             return self.0.tree.at(path);
@@ -336,7 +342,8 @@ impl PointResolver {
         file.at(&modal_keys::path(file, path).ok()?.join("."))
     }
 
-    /// Whether a key has a place in the manifest, or in the modal file if it names a number there.
+    /// Whether a key can have a value. A key of the manifest always can, a number of the modal file only if
+    /// its list or table exists.
     pub(super) fn has_place(&self, name: &str) -> bool {
         let file = self.0.modal_tree.as_ref();
         !modal_keys::is_modal_number_name(name)
@@ -353,8 +360,8 @@ impl PointResolver {
         self.0.keys.iter().position(|key| key.axis.name() == name)
     }
 
-    /// Resolves a point's values of the model keys after adding some nodes to the tree. A sentence if the values are
-    /// inconsistent.
+    /// Resolves the values of the model keys at a point after putting further nodes into the tree, each at
+    /// its path. The error is a sentence about inconsistent values.
     pub(super) fn resolved_with(
         &self,
         point: &PointSpec,
@@ -370,7 +377,8 @@ impl PointResolver {
         self.combined(&point.axis_values, nodes, Some(&like))
     }
 
-    /// Resolves values of the model keys, sharing parts that are equal in `like`; a sentence if they are inconsistent.
+    /// Resolves values of the model keys. Shares the parts that are equal to those of `like`. The error is a
+    /// sentence about inconsistent values.
     fn combine(&self, values: &[f64], like: Option<&Variant>) -> Result<Variant, String> {
         self.combined(values, Vec::new(), like)
     }
@@ -447,7 +455,8 @@ impl Expansion {
         &self.judged.variants
     }
 
-    /// The index of a combination among the judged ones, or else of the last one before it.
+    /// The index of a combination among the judged ones. If it was not judged, the error is the index of the
+    /// last judged combination before it.
     fn place(&self, number: usize) -> Result<usize, usize> {
         let judged = &*self.judged;
         let Some(numbers) = &judged.numbers else {
@@ -457,14 +466,16 @@ impl Expansion {
         place.map_err(|place| place.saturating_sub(1))
     }
 
-    /// A judged combination or a judged one near it, without resolution.
+    /// The variant of a combination if it was judged, otherwise that of a judged combination near it.
+    /// Resolves nothing.
     pub fn near(&self, number: usize) -> &Variant {
         match self.place(number) {
             Ok(place) | Err(place) => &self.judged.variants[place],
         }
     }
 
-    /// A combination. If its values are inconsistent, another one with the reason.
+    /// The variant of a combination. If its values are inconsistent: a judged variant near it, with the
+    /// reason.
     pub fn get(&self, number: usize) -> (Cow<'_, Variant>, Option<String>) {
         let near = match self.place(number) {
             Ok(place) => return (Cow::Borrowed(&self.judged.variants[place]), None),

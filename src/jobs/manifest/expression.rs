@@ -23,7 +23,7 @@ pub struct Expression {
 }
 
 impl Expression {
-    /// Whether a text is an expression and not a quantity, such as `10 um`, which may be misspelt.
+    /// Whether a text is an expression instead of a quantity such as `10 um`, whose unit may be misspelt.
     pub(super) fn is_one(text: &str) -> bool {
         let text = text.trim();
         let number = text.trim_start_matches(['+', '-']);
@@ -82,11 +82,11 @@ impl Expression {
     }
 }
 
-/// The text with names of axes in braces, in which the parser accepts any characters.
+/// The text with every name of an axis in braces. The parser accepts any characters in braces.
 fn marked(text: &str) -> Result<String, String> {
     let mut out = String::with_capacity(text.len() + 8);
     let mut rest = text;
-    // Whether the product so far contains a power, for every open parenthesis.
+    // For every open parenthesis, whether the last operator in it is a power.
     let mut has_power = vec![false];
     while let Some(first) = rest.chars().next() {
         let length = match first {
@@ -106,7 +106,7 @@ fn marked(text: &str) -> Result<String, String> {
                 }
                 length
             }
-            // The parser does not know powers of ten.
+            // The parser does not know exponents, such as 1e-3.
             '0'..='9' | '.' => {
                 let length = number_length(rest);
                 let number = rest[..length].parse::<f64>();

@@ -1,5 +1,6 @@
-//! The content hash of a job: BLAKE3 over one serialisation of the resolved values, including defaults. Comments,
-//! layout, order of keys, equal units and the job's name do not matter; everything that can change a result does.
+//! The content hash of a job: BLAKE3 over one serialisation of the resolved values, including defaults.
+//! Comments, layout, order of keys, the unit in which a quantity is written, and the job's name do not
+//! matter. Everything that can change a result does.
 
 use super::grid_dimension::GridDimension;
 use super::spec::{Axis, Carried, Refine, Variant};
@@ -7,7 +8,7 @@ use super::tree::{Entry, Node, Value};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Changes when the same values give other results.
+/// Version of the computation. It must change whenever the same values give other results.
 const METHOD: u32 = 3;
 
 /// The unfinished hash of a job.
@@ -43,8 +44,9 @@ impl JobHash {
         self.add(resolved);
     }
 
-    /// Adds the text of a manifest of which some combinations were not resolved in advance, except job and grid. Equal
-    /// units differ in this hash; layout and the order of keys do not matter.
+    /// Adds the tree of a manifest, except job and grid, if some combinations were not resolved in advance.
+    /// Equal quantities in different units then give different hashes. Layout and order of keys do not
+    /// matter.
     pub fn in_part(&mut self, root: &Node) {
         let Plain::Table(mut entries) = Plain::of(root) else {
             return;

@@ -1,5 +1,5 @@
-//! Housing files: reduced matrices from any finite-element code over named freedoms. Diagnostics are those of the
-//! manifest, with places in the housing file.
+//! Housing files: reduced matrices of a housing from any finite-element code. Their rows are named freedoms
+//! (degrees of freedom). Diagnostics are those of the manifest, with places in the housing file.
 
 use super::diagnostic::{Issues, Span};
 use super::reader::Section;
@@ -10,10 +10,10 @@ use super::{text, unknown};
 use crate::shaft::{Housing, HousingNode, HousingPoint};
 use std::sync::Arc;
 
-/// Largest number of freedoms; a larger housing must be reduced before.
+/// Largest number of freedoms. A larger housing must be reduced before it is exported.
 const MOST_FREEDOMS: usize = 400;
 
-/// The freedoms of a node, in order.
+/// Names of the freedoms of a node, in their order in the matrices.
 const FREEDOMS: [&str; 6] = HousingNode::FREEDOMS;
 
 /// Reads the housing file that the manifest names at `span`, once per job.

@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub struct Job {
     /// Name; results go to `results/<name>` by default.
     pub name: String,
-    /// Root of every random stream, unless an axis of the grid gives it.
+    /// Seed of every random stream, unless the axis `job.seed` of the grid gives it.
     pub seed: u64,
     /// The manifest as the user wrote it.
     pub text: String,
@@ -63,14 +63,15 @@ impl Job {
         variants.any(|variant| variant.run.portable)
     }
 
-    /// Number of points in a chain: each starts at the end of the previous one, and all chains are equally long. 1 if
-    /// points are independent.
+    /// Number of points in a chain; all chains are equally long. In a chain, each point starts at the end of
+    /// the previous one. 1 if points are independent.
     pub fn chain_length(&self) -> usize {
         self.carried.as_ref().map_or(1, |carried| carried.length)
     }
 
-    /// A point like `point` with another value on the swept axis. `None` without a carried state or requested
-    /// refinement, or if the key cannot have the value (a whole number has no value between two neighbours).
+    /// The point with another value on the swept axis; the values of tied axes are interpolated. `None` if no
+    /// state is carried, or if the key cannot have the value (a whole number has no value between two
+    /// neighbours).
     pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
         let swept = self.carried.as_ref()?.axis;
         let mut between = point.clone();
@@ -102,7 +103,8 @@ impl Job {
         &self.dimensions[GridDimension::of(&self.dimensions, axis)].axes
     }
 
-    /// Sets a point's values along some axes; `None` if they are inconsistent.
+    /// Sets load, speed, mesh and excitation of a point by its values on some axes; `None` if these are
+    /// inconsistent.
     fn apply(&self, point: &mut PointSpec, axes: &[usize]) -> Option<()> {
         let keys = || axes.iter().map(|&axis| (&self.axes[axis].key, axis));
         if keys().any(|(key, _)| key.is_model_key()) {
@@ -121,7 +123,8 @@ impl Job {
     }
 }
 
-/// The indices of the two neighbours of a value, and its relative position between them; `None` for a single value.
+/// The indices of the two neighbours of a value, and its relative position between them; `None` if the axis
+/// has one value.
 fn neighbours(values: &AxisValues, value: f64) -> Option<([usize; 2], f64)> {
     let ascending = values.ascending();
     let at = |rank: usize| values.get(ascending.place(rank));

@@ -19,8 +19,8 @@ pub struct ManifestText<'t> {
 }
 
 impl ManifestText<'_> {
-    /// The unit of each axis of its grid as written, from the first value with one, by the axis's name; empty if the
-    /// text is not a manifest.
+    /// The units of the axes of its grid as written, by the axis's name. An axis has the unit of its first
+    /// value with a unit. Empty if the text is not a manifest.
     pub fn axis_units(self) -> BTreeMap<String, String> {
         let root = self.tree();
         let entries = root.entries("grid").iter();

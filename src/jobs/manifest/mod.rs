@@ -5,8 +5,8 @@
 //!      → every combination of axis values put into the tree and resolved → Job
 //! ```
 //!
-//! Nothing is computed or written here. Warnings do not stop the job and are part of it. A fault does not stop the
-//! search for others; only a syntax error does, for the text after it.
+//! Nothing is computed or written here. Warnings do not stop the job; the job contains them. The search for
+//! faults continues after a fault. Only a syntax error ends it, for the text after the error.
 
 mod advice;
 mod axis;
@@ -176,7 +176,7 @@ fn resolve_manifest(
     let mut context = Context::new(base_dir);
     change_modal_file(&mut tree, &axes.valid, &changed, &issues, &mut context);
 
-    // Ignore the values of a grid that is too large.
+    // The hash omits the values of a grid that is too large.
     let counted = axes.valid.iter().filter(|_| !axes.too_large);
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
@@ -260,7 +260,8 @@ fn resolve_manifest(
     }
 }
 
-/// Puts the modal file into the tree if axes or commands change its numbers, and applies those of commands.
+/// Puts the tree of the modal file into that of the manifest if axes or commands change numbers of the file.
+/// Applies the changes of commands.
 fn change_modal_file(
     tree: &mut Node,
     axes: &[GridAxis],
@@ -275,7 +276,7 @@ fn change_modal_file(
     }
 }
 
-/// Makes a misspelt key one fault instead of an unknown and a missing one.
+/// Drops the fault of a missing key if an unknown key seems to be its misspelt name.
 fn drop_echoes(issues: &Issues) {
     let mut diagnostics = issues.found.borrow_mut();
     let meant: Vec<String> = (diagnostics.iter())

@@ -206,7 +206,7 @@ fn acting(column: &[f64]) -> bool {
     column.iter().any(|&value| value != 0.0)
 }
 
-/// Whether any mode participates.
+/// Whether a column has an entry that is not 0. Reports a column of zeros.
 fn acts(root: &Section, name: &str, values: &[f64]) -> bool {
     if acting(values) {
         return true;
@@ -225,12 +225,13 @@ fn acts(root: &Section, name: &str, values: &[f64]) -> bool {
     false
 }
 
-/// Part of the highest frequency below which a frequency is the round-off of a rigid rotation. A solver with
-/// stiffnesses exact to 1e-16 has frequencies exact to 1e-8 of its highest one, which the file may omit.
+/// Fraction of the highest frequency. A frequency below it is the round-off of a rigid rotation. A solver
+/// with stiffnesses exact to 1e-16 has frequencies exact to 1e-8 of its highest one; the file may omit that
+/// mode.
 const ROUND_OFF: f64 = 1e-5;
 
-/// Part of the highest frequency below which a frequency can only be round-off: squares of frequencies are exact to no
-/// better than 1e-16 of the highest.
+/// Fraction of the highest frequency. A frequency below it can only be round-off: the error of a squared
+/// frequency is at least 1e-16 of the highest square.
 const UNRESOLVED: f64 = 1e-8;
 
 /// Frequencies, with those below [`UNRESOLVED`] set to 0.
@@ -242,8 +243,8 @@ fn without_round_off(mut frequency: Vec<f64>) -> Vec<f64> {
     frequency
 }
 
-/// A rigid rotation whose frequency is the round-off of an eigenvalue solver takes thousands of cycles for a quarter of
-/// its period. No motion would then be seen to repeat.
+/// Refuses rigid rotations whose frequency is the round-off of an eigenvalue solver. A quarter of their
+/// period takes thousands of cycles, so that no motion would be seen to repeat.
 fn check_rigid(root: &Section, frequency: &[f64]) -> Option<()> {
     let highest = frequency.last().copied().unwrap_or(0.0);
     let rigid = |omega: f64| omega > 0.0 && omega < ROUND_OFF * highest;

@@ -9,7 +9,7 @@ use super::schema::{self, Key, Kind, MANIFEST, MODAL_FILE};
 use super::tree::{Entry, MissingElement, Node, Value};
 use std::borrow::Cow;
 
-/// The entry of the manifest's tree with the tree of the modal file.
+/// Name of the entry in the manifest's tree that has the tree of the modal file.
 const ROOT: &str = "modal file";
 
 /// Lists of named tables.
@@ -33,7 +33,7 @@ struct Place<'n> {
     below: Vec<String>,
 }
 
-/// Whether a name has the form of a number in a modal file, even if it is misspelt.
+/// Whether a name looks like that of a number in a modal file, even if there is no such number.
 pub(super) fn is_modal_number_name(name: &str) -> bool {
     let in_table = |list| {
         name.strip_prefix(list)
@@ -42,12 +42,12 @@ pub(super) fn is_modal_number_name(name: &str) -> bool {
     name.contains('[') || NAMED.into_iter().any(in_table) || place(name).is_some()
 }
 
-/// The entry of a key of the manifest, or of a number of a modal file.
+/// The schema's entry for a key of the manifest, or for a number of a modal file.
 pub(super) fn find(name: &str) -> Option<&'static Key> {
     schema::find(MANIFEST, name).or_else(|| place(name).map(|place| place.key))
 }
 
-/// Patterns of the names of numbers of a modal file, with their entries: `contact.NAME.levels[N]`.
+/// Patterns of the names of numbers of a modal file, with the schema's entries: `contact.NAME.levels[N]`.
 pub(super) fn forms() -> impl Iterator<Item = (String, &'static Key)> {
     let numbers = schema::all(MODAL_FILE).filter(|key| matches!(key.kind, Kind::Quantity(_)));
     numbers.map(|key| (form(key.path, "NAME", "N"), key))
@@ -102,7 +102,7 @@ fn place(name: &str) -> Option<Place<'_>> {
     })
 }
 
-/// Keys and indices from 0 of `force[2]`.
+/// The keys and indices in a name, with indices from 0: `force` and `1` for `force[2]`.
 fn parts(text: &str) -> Option<Vec<String>> {
     let mut parts = Vec::new();
     for segment in text.split('.') {
@@ -149,7 +149,7 @@ pub(super) fn detach(tree: &mut Node) -> Option<Node> {
     Some(entries.remove(place).node)
 }
 
-/// The path to a name in the tree of a modal file.
+/// The path of keys and indices to a named number in the tree of a modal file.
 pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElement> {
     let fault = |holder: &str, why: String| MissingElement {
         why,
@@ -188,7 +188,7 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
 
 /// Sets the value of a key of the manifest or of a number of the modal file.
 ///
-/// Returns the end of the path as an error if it names a missing element.
+/// The error describes the element that does not exist, if the path names one.
 pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), MissingElement> {
     if !is_modal_number_name(name) {
         let path: Vec<&str> = name.split('.').collect();

@@ -1,4 +1,4 @@
-//! Can the drives carry the loads and torques of the grid?
+//! Are the loads and torques of the grid possible for its drives?
 
 use super::axis::AxisKey;
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
@@ -6,7 +6,8 @@ use super::grid::GridAxis;
 use super::spec::{StiffnessSpec, Variant};
 use crate::gear::CycleDivision;
 
-/// Records a torque on a drive without a rated torque, and a load of 0 on a mesh whose flanks depend on the mean load.
+/// Reports a torque on a drive without a rated torque, and a load of 0 on a mesh whose stiffness is computed
+/// at the mean load.
 pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &Issues) {
     let load = |axis: &&GridAxis| matches!(axis.axis.key, AxisKey::Load | AxisKey::Torque);
     let Some(axis) = axes.iter().find(load) else {

@@ -1,5 +1,5 @@
-//! Parameters of a job: quantities that its drives depend on continuously, and points with other values of them than
-//! the grid's.
+//! Parameters of a job: quantities on which its drives depend continuously. Computes points with values of
+//! them that the grid does not have.
 
 use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
@@ -90,7 +90,7 @@ impl Parameter {
         Ok(Self { key, dimension })
     }
 
-    /// Reads a typed value, in SI.
+    /// Reads a value as typed: a bare number in SI, or a number with a unit. Returns it in SI.
     ///
     /// # Errors
     /// A sentence about the fault.
@@ -140,7 +140,7 @@ fn nearest(name: &str) -> Option<String> {
 }
 
 impl PointResolver {
-    /// A parameter of the job, with its unit in the manifest.
+    /// A parameter of the job. Contact damping has the dimension of its value in the manifest.
     ///
     /// # Errors
     /// [`ParameterError`].

@@ -19,7 +19,7 @@ pub struct Points {
     dimensions: Vec<GridDimension>,
     /// Quantity of the last axis but one: load or torque.
     load: AxisKey,
-    /// Root of the random streams of points, unless an axis gives it.
+    /// Seed of the random streams of points, unless an axis gives it.
     seed: u64,
     seed_axis: Option<usize>,
     chains: Option<Chains>,
@@ -33,7 +33,7 @@ struct Chains {
     directions: Vec<Direction>,
     /// Places along the swept dimension, ordered by the values of the swept axis.
     ascending: Ascending,
-    /// Distance in the row-major grid between neighbours along it.
+    /// Distance in the row-major grid between neighbours along the swept dimension.
     stride: usize,
 }
 
@@ -84,8 +84,8 @@ impl Points {
         self.len() == 0
     }
 
-    /// The variants of points, which differ by model keys. If a grid has very many combinations, only those that were
-    /// resolved in advance, which include the ends of all axes.
+    /// The variants of points, which differ by model keys. In a grid with very many combinations, these are
+    /// only the combinations that were resolved in advance, among them the ends of all axes.
     pub fn variants(&self) -> &[Variant] {
         self.variants.judged()
     }
@@ -117,8 +117,8 @@ impl Points {
         self.values.len() - 2
     }
 
-    /// A variant with about as much work as that of this point: the same variant, or, if a grid has very many
-    /// combinations of model keys, one near it that was resolved in advance. Resolves nothing.
+    /// The variant of this point if it was resolved in advance, otherwise one near it with about as much
+    /// work. Resolves nothing.
     ///
     /// # Panics
     /// `id` is not below [`Points::len`].

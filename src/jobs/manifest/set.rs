@@ -32,7 +32,8 @@ impl Changed {
     }
 }
 
-/// Puts every change into the tree; faulty ones are omitted and reported.
+/// Puts every change of a key of the manifest into the tree. Faulty changes are omitted and reported. Returns
+/// the changes that gave a value, and all changes of numbers of the modal file, which are not applied yet.
 pub(super) fn apply(tree: &mut Node, changes: &[String], issues: &Issues) -> Vec<Changed> {
     let mut applied = Vec::new();
     for change in changes {
@@ -112,7 +113,7 @@ fn no_element(changed: &Changed, end: MissingElement) -> Diagnostic {
     .suggestion(end.near.map(|near| format!("`{near}`")))
 }
 
-/// Records changes of keys that an axis of the grid varies.
+/// Reports changes of keys that an axis of the grid varies: they have no effect.
 pub(super) fn check_axes(tree: &Node, changes: &[Changed], axes: &Axes, issues: &Issues) {
     for changed in changes {
         let name = changed.name();

@@ -1,4 +1,4 @@
-//! Which unit was meant for a length that no machine part has?
+//! Which unit is meant by a length that no machine part has?
 
 /// Diameters of shafts of gear drives \[m\].
 pub(super) const DIAMETERS: [f64; 2] = [1e-3, 2.0];

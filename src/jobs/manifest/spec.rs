@@ -31,8 +31,8 @@ pub struct Carried {
     pub axis: usize,
     /// Number of its values, which is the number of points in a chain.
     pub length: usize,
-    /// The directions in which it is swept. `point_id` counts over the other axes, slowest first, then over these, then
-    /// over the values in sweep order: a chain is a range.
+    /// The directions in which it is swept. `point_id` counts over the other axes, slowest first, then over
+    /// these, then over the values in sweep order. A chain is therefore a range of `point_id`.
     pub directions: Vec<Direction>,
     /// Displacement of the state before the next point, in half gaps.
     pub displacement: f64,
@@ -82,7 +82,7 @@ pub struct PointSpec {
     pub point_id: u64,
     /// Direction of its sweep; `None` if points are independent.
     pub direction: Option<Direction>,
-    /// Root of its random streams.
+    /// Seed of its random streams.
     pub seed: u64,
     /// Value of each axis at this point, in the order of [`Job::axes`](super::Job::axes).
     pub axis_values: Vec<f64>,
@@ -100,13 +100,13 @@ pub struct PointSpec {
     pub run: Arc<RunSpec>,
     /// Requested analyses.
     pub analyses: Arc<Analyses>,
-    /// Why the values of its axes are inconsistent, in a grid too large for judging every combination; all other fields
-    /// are then those of another point.
+    /// Why the values of its axes are inconsistent, in a grid too large for judging every combination.
+    /// `model`, `mesh`, `excitation`, `run` and `analyses` are then those of another point.
     pub fault: Option<String>,
 }
 
 impl PointSpec {
-    /// The root of its random streams.
+    /// Seed and `point_id`, on which its random streams depend.
     pub fn random(&self) -> PointSeed {
         PointSeed {
             seed: self.seed,
@@ -149,7 +149,7 @@ impl ModelSpec {
         (self.source.rated_torque()).map_or(f64::NAN, |rated| torque / rated)
     }
 
-    /// Number of rotations of the whole drive, which do not move contacts.
+    /// Number of neutral rotations: rotations of the whole drive that deflect no contact.
     pub fn neutral(&self) -> usize {
         match &self.source {
             StructureSource::Rigid(_) | StructureSource::Flexible(_) => 1,
@@ -158,7 +158,8 @@ impl ModelSpec {
         }
     }
 
-    /// Number of Lyapunov exponents of these rotations: one for each that drag damps.
+    /// Number of Lyapunov exponents of the neutral rotations: one for each rotation that drag damps. For a
+    /// modal file, one for each position or speed of a neutral rotation that affects the motion.
     pub fn neutral_exponents(&self) -> usize {
         let dragged = |drag: [Drag; 2]| usize::from(drag.iter().any(|drag| drag.viscous > 0.0));
         match &self.source {
@@ -290,6 +291,7 @@ pub struct RunSpec {
     pub audit_cycles: u64,
     /// Largest number of events in one mesh cycle before the point ends as `event_storm`.
     pub event_limit: u32,
-    /// Whether only instructions of every processor are used, so that results have the same bits everywhere.
+    /// Whether the program uses only instructions that every x86-64 processor has, so that results have the
+    /// same bits everywhere.
     pub portable: bool,
 }

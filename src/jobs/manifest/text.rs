@@ -22,7 +22,8 @@ pub(super) fn read(issues: &Issues, path: &Path, what: &str) -> Result<usize, Te
     add(issues, path.display().to_string(), bytes, what)
 }
 
-/// The source of a text; reports a file that cannot be read. `key` names it, and messages call it `what`.
+/// The index of a text among the sources. Reports a file that cannot be read: `key` names it, and messages
+/// call it `what` and `name`.
 pub(super) fn or_report(
     issues: &Issues,
     source: Result<usize, TextError>,

@@ -94,7 +94,7 @@ impl Node {
         }
     }
 
-    /// Drops entries of a table below this one.
+    /// Drops the entries of the subtable `table` for which `keep` is false.
     pub fn retain(&mut self, table: &str, keep: impl Fn(&str) -> bool) {
         let Value::Table(entries) = &mut self.value else {
             return;
@@ -226,7 +226,7 @@ pub(super) fn of_table(source: usize, table: Spanned<DeTable<'_>>, issues: &Issu
 /// Bytes after the first syntax error that are searched for others.
 const BEHIND: usize = 16_384;
 
-/// The text up to a line some way after its first syntax error.
+/// The text up to the end of a line at least [`BEHIND`] bytes after its first syntax error.
 fn looked_at<'t>(text: &'t str, first: &toml::de::Error) -> &'t str {
     let start = first.span().map_or(0, |span| span.end);
     let far = text.floor_char_boundary(start.saturating_add(BEHIND));

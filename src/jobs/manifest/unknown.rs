@@ -1,11 +1,11 @@
-//! Finds keys that do not exist, and keys that this version does not have.
+//! Finds keys that do not exist.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues};
 
 use super::schema::{self, Kind, Schema};
 use super::tree::{Entry, Node, Value};
 
-/// Records every unknown and unavailable key below `node`. The grid's reader checks the grid's axes.
+/// Reports every unknown key below `node`. The reader of the grid checks the grid's axes.
 pub(super) fn check(issues: &Issues, node: &Node, schema: Schema) {
     check_table(issues, node, "", schema);
 }
@@ -20,7 +20,7 @@ fn check_table(issues: &Issues, node: &Node, path: &str, schema: Schema) {
         } else {
             format!("{path}.{}", entry.key)
         };
-        // A quoted key may contain dots, but it is not that path.
+        // A quoted key that contains dots is not a path of nested keys.
         let known = (!entry.key.contains('.'))
             .then(|| schema::find(schema, &child))
             .flatten();

@@ -15,8 +15,8 @@ pub enum Bases<'t> {
     All {
         /// One per system, in order.
         bases: Vec<Arc<Basis<'t>>>,
-        /// For each system the maps to systems that a change of one contact leads to, except free flight:
-        /// contact, its state afterwards, map.
+        /// For each system, the maps to the systems that a change of one contact leads to, except free
+        /// flight. Each entry has the contact, its state after the change, and the map.
         changes: Vec<Vec<(usize, usize, Map<'t>)>>,
     },
     /// The bases of the systems that motions reach.
@@ -111,8 +111,8 @@ impl<'t> Bases<'t> {
         }
     }
 
-    /// The map from a closed set to another closed set, in which one contact has another state; `None` if no
-    /// such map is tabulated.
+    /// The map from a system with closed contacts to another one, in which `contact` has the state `state`.
+    /// `None` if there is no table of this map.
     #[inline]
     pub fn change(&self, set: usize, contact: usize, state: usize) -> Option<&Map<'t>> {
         let Self::All { changes, .. } = self else {
@@ -123,7 +123,7 @@ impl<'t> Bases<'t> {
             .map(|(_, _, map)| map)
     }
 
-    /// The modes that maps between systems mix: all modes, if these maps are not known beforehand.
+    /// The modes that maps between systems mix: all modes, if the maps are computed on demand.
     pub fn mixed(&self, modes: usize) -> MixedModes {
         let padded = padded(modes);
         let is_mixed = |mode: &usize| match self {
@@ -183,7 +183,8 @@ fn fastest(generators: &[f64]) -> f64 {
     blocks.iter().map(rate).fold(0.0, f64::max)
 }
 
-/// The blocks of the system in which every contact is closed at its stiffest: no system has a faster rate.
+/// The blocks of the system in which every contact is closed at its stiffest. Its fastest rate is used for
+/// all systems.
 fn stiffest(model: &Model, sets: &Sets) -> Result<Vec<f64>, TableError> {
     let basis = FoundBasis::new(model, sets, sets.stiffest())?;
     Ok(basis.generators.as_flattened().as_flattened().to_vec())
@@ -197,8 +198,8 @@ fn between(sets: &Sets, set: usize) -> impl Iterator<Item = (usize, usize)> {
     sets.changes(set).into_iter().filter(closed)
 }
 
-/// Size of the arrays for a number of modes. With many sets, the size that each set takes when a motion
-/// reaches it.
+/// Size of the arrays for a number of modes. With many sets, the arrays have only the generators of one
+/// system.
 pub fn size(modes: usize, sets: &Sets) -> TableSize {
     let maps = |set| match set {
         Sets::FREE => 0,

@@ -16,10 +16,10 @@ use faer::Mat;
 use std::borrow::Cow;
 use std::ops::Deref;
 
-/// Largest error of `A T = T G`, relative.
+/// Largest relative error of `A T = T G`.
 const LARGEST_ERROR: f64 = 1e-11;
 
-/// Frequency that scales rigid displacements, relative to the fastest rate.
+/// Frequency that scales rigid displacements in the error of a basis, relative to the fastest rate.
 const RIGID_FREQUENCY: f64 = 1e-2;
 
 /// Length of a padded component of a state: first components fill whole lane groups, then second ones.
@@ -273,7 +273,7 @@ impl FoundBasis {
             .generators
             .iter()
             .map(|generator| block(generator).fastest());
-        // A rotation without other modes has no rate.
+        // A rotation without other modes has the rate 0.
         let rate = rates.fold(1.0, f64::max);
         let (t, inverse) = (&self.to_modes, &self.from_modes);
         let product = t * inverse;
@@ -319,8 +319,8 @@ mod tests {
     use super::*;
     use crate::model::{OperatingPoint, fixtures};
 
-    /// `x' = A x` in every system: the maps to modes and back give the identity, and the blocks are those of A. A basis
-    /// with an error of 1e-9 is refused.
+    /// In every system, the maps to modes and back give the identity, and the blocks are those of `x' = A x`.
+    /// A basis with an error of 1e-9 is refused.
     #[test]
     fn bases_take_systems_apart() {
         let structure = fixtures::structure(

@@ -9,10 +9,11 @@ use crate::model::ActiveSet;
 use crate::propagate::events::ROUND_OFF;
 use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Vector, for_each_set};
 
-/// Rates of contacts that have just crossed their surfaces, positive away from it \[m/s\].
+/// Rates of the margins of contacts that have just crossed their surfaces, positive if the margin grows
+/// \[m/s\].
 pub type Rates = [f64; MOST_CONTACTS];
 
-/// Mark of a contact that is beyond its surface at the start of the block.
+/// Bit of [`WatchedContact::open`] for a contact that is beyond its surface at the start of the block.
 pub const BEYOND: u32 = 1 << LANES;
 
 /// Inputs and outputs of the check of a block.
@@ -31,7 +32,7 @@ pub struct BlockCheck<'a> {
     pub watched: &'a mut [WatchedContact],
     /// Contacts that opened or closed at the start of the block.
     pub crossed: ActiveSet,
-    /// Rates of these contacts at the start.
+    /// Rates of the margins of these contacts at the start \[m/s\].
     pub rates: &'a Rates,
     /// Memory for the amplitudes of all blocks.
     pub amplitudes: &'a mut [f64],
@@ -86,7 +87,7 @@ fn is_crossed_first(check: &BlockCheck<'_>, open: u32) -> bool {
         })
 }
 
-/// Deflections of these lines at the nodes of a block of time: a table row times its coordinate or input, summed.
+/// Deflections along these lines at the nodes of a block: sums of table rows times coordinates and inputs.
 #[inline(always)]
 fn nodes<V: Vector, const L: usize>(check: &mut BlockCheck<'_>, lines: [usize; L]) {
     let system = check.system;

@@ -1,5 +1,5 @@
-//! When are the systems of sets of closed contacts built? When a motion first closes the set, and beforehand if there
-//! are few sets.
+//! When is the system of a set of closed contacts built? When a motion first closes the set; beforehand, if
+//! there are few sets.
 
 use super::ClosedModes;
 use super::excitation::unresonant;
@@ -71,8 +71,7 @@ impl<'m> ClosedModes<'m> {
         })
     }
 
-    /// Counts the bytes of the systems that a motion reaches. The count depends on nothing else, so a
-    /// repeated motion ends at the same system.
+    /// Counts the bytes of the systems that motions of this kernel reach. Refuses a system beyond the limit.
     fn take_room(&self, bytes: usize) -> Result<(), TableError> {
         let used_bytes = self.used_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
         if used_bytes <= MOST_BYTES {

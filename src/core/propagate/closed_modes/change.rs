@@ -61,8 +61,8 @@ impl ClosedModes<'_> {
         Ok(())
     }
 
-    /// Computes `states = map states`. Adds the steady response of the first system to the trajectory before the map,
-    /// and subtracts that of the second after it.
+    /// Computes `states = map states`. The steady response of the first system is added to the trajectory
+    /// before the map. That of the second system is subtracted after it.
     fn map(&self, columns: &[f64], responses: [&[f64]; 2], w: &mut Workspace) {
         lanes::map(
             self.instructions,

@@ -29,7 +29,8 @@ pub struct CycleIntegration<'a, 'm> {
     pub rates: Rates,
     /// Events and blocks so far.
     pub changes: Changes,
-    /// The block that was shown last and not yet passed: the event at its end, and its length \[s\].
+    /// The block that observers have seen, but that is not yet integrated: the event at its end, and its
+    /// length \[s\].
     pub next: Option<(Option<BlockEvent>, f64)>,
     /// Whether blocks are shown.
     pub shows: bool,
@@ -50,7 +51,7 @@ pub enum ReturnReason {
 }
 
 for_each_set! {
-    /// Passes blocks and breakpoints up to the next block or event that observers may see.
+    /// Integrates up to the next block or event that observers may see, or to the end of the cycle.
     fn pass(integration: &mut CycleIntegration<'_, '_>) -> Result<ReturnReason, End> = pass_body
 }
 

@@ -11,10 +11,11 @@ use crate::model::{Block, Model, turned};
 use crate::propagate::TableError;
 use num_complex::{Complex64, c64};
 
-/// Angle in rad by which a block turns in a mesh cycle; a slower block drifts.
+/// A block drifts if it turns by less than this angle \[rad\] in a mesh cycle.
 const DRIFT: f64 = 0.1;
 
-/// Smallest relative distance of an eigenvalue from a harmonic.
+/// Smallest `|det(iω I − G)|` of a block without resonance, relative to `ω₀² + ω²`; ω₀ is its natural
+/// frequency.
 const RESONANCE: f64 = 1e-7;
 
 /// The frequencies of a model's excitation.
@@ -62,8 +63,8 @@ impl Frequencies {
         }
     }
 
-    /// The inputs' values at a later time: behind the turns of a node, if given, and a short rest \[s\] as defined by
-    /// [`super::lanes::SHORT`].
+    /// The inputs' values at a later time: after the turns up to a node, if given, and after a short rest
+    /// \[s\] as defined by [`super::lanes::SHORT`].
     #[inline(always)]
     pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &[f64], out: &mut [f64]) {
         let (pairs, out) = (
@@ -103,7 +104,7 @@ impl Frequencies {
     }
 }
 
-/// Cosine and sine of an angle increased by x, below 1/2 \[rad\].
+/// Cosine and sine of an angle that increases by x \[rad\]; |x| is below 1/2.
 #[inline(always)]
 fn turned_by(pair: [f64; 2], x: f64) -> [f64; 2] {
     let square = -x * x;
@@ -131,7 +132,7 @@ pub fn error_amplitudes(model: &Model, line: usize, frequencies: &Frequencies) -
     out
 }
 
-/// A block that a constant input moves without limit, or to a distant rest.
+/// A block that a constant input moves without limit, or to a distant rest position.
 #[derive(Debug, Clone, Copy)]
 pub struct Drift {
     /// Index of the block.

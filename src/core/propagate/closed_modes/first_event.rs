@@ -62,7 +62,7 @@ impl ClosedModes<'_> {
         self.search::<V>(place, rates, left, (open, count), w, counters)
     }
 
-    /// The first event in the open intervals between nodes.
+    /// The first event in the intervals between nodes that the check has left open.
     #[inline(always)]
     fn search<V: Vector>(
         &self,
@@ -104,7 +104,7 @@ impl ClosedModes<'_> {
         None
     }
 
-    /// The first exit of a contact on an interval between nodes.
+    /// The first time at which a contact's margin becomes negative in an interval between nodes.
     #[inline(always)]
     fn exit<V: Vector>(
         &self,
@@ -174,7 +174,7 @@ impl<'s> SplitTime<'s> {
         if self.node == 0 { None } else { Some(self.system.moves_to(self.node)) }
     }
 
-    /// A drifting block and the contribution of the constant inputs to it.
+    /// A drifting block, and its displacement and rate due to the constant inputs.
     #[inline(always)]
     pub fn pushed(&self, index: usize) -> (&'s Drift, [f64; 2]) {
         let Self { system, node, rest } = *self;
@@ -198,7 +198,7 @@ pub(super) struct ContactMargin<'a, 'm> {
     watched: &'a WatchedContact,
 }
 
-/// A margin for code that was compiled for an instruction set.
+/// The margin, inlined into functions that are compiled for the instruction set of V.
 struct Inlined<'a, 'm, V>(ContactMargin<'a, 'm>, PhantomData<V>);
 
 impl<V: Vector> search::Margin for Inlined<'_, '_, V> {

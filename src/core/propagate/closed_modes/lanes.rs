@@ -59,8 +59,8 @@ pub struct MixedModes {
 }
 
 for_each_set! {
-    /// `out = map x` for each padded state. The map has one column for each first and second component. Before the map
-    /// `Σ input · response` with the first responses is added to the first state; after it, that with the second
+    /// `out = map x` for each padded state. The map has one column per component. Before the map, `Σ input ·
+    /// response` with the first responses is added to the first state. After the map, the sum with the second
     /// responses is subtracted.
     fn map(
         columns: &[f64],
@@ -254,7 +254,7 @@ fn exponential<V: Vector>(chunk: &Chunk, time: V) -> [V; 4] {
     let x = V::read(&chunk.growth.0).times(time);
     let square = V::read(&chunk.square.0).times(time).times(time);
     let x_square = x.times(x);
-    // Four short independent chains: cosh and sinh/x of μt, cos and sin/x of νt.
+    // The four series do not depend on each other: cosh and sinh/x of μt, cos and sin/x of νt.
     let a = V::splat(FACTORS[2 * TERMS - 2]);
     let b = V::splat(FACTORS[2 * TERMS - 1]);
     let (mut even, mut odd, mut grown_even, mut grown_odd) = (a, b, a, b);

@@ -64,7 +64,8 @@ pub struct ClosedModes<'m> {
     /// Reason why one of these systems has no table.
     refusal: OnceLock<TableError>,
     breakpoints: Vec<Vec<CycleBreakpoint>>,
-    /// State (if it is closed) and line of every contact at the start of each mesh cycle of a base period.
+    /// State that every contact has if it is closed, and its line, at the start of each mesh cycle of a base
+    /// period.
     starts: Vec<Vec<(usize, usize)>>,
     /// (cos, sin) of all frequencies up to each node.
     turns: Vec<Vec<[f64; 2]>>,
@@ -79,7 +80,8 @@ pub struct ClosedModes<'m> {
     event_limit: u32,
     instructions: InstructionSet,
     farthest: Vec<f64>,
-    /// Tables for lanes of points, built when first used; `None` inside if the model is not suited.
+    /// Tables for [`SideBySide`], built when first used. The inner value is `None` if the model is not
+    /// suitable.
     point_tables: OnceLock<Option<Arc<PointTables>>>,
 }
 
@@ -119,8 +121,8 @@ impl<'m> ClosedModes<'m> {
         Self::of_bases(model, event_limit, sets, bases, instructions)
     }
 
-    /// Checks the conditions of [`Self::arrays`] without computing eigenvectors. Returns the size of the tables in
-    /// bytes and the number of systems, each with the products that lead to others.
+    /// Checks the conditions of [`Self::arrays`] without computing eigenvectors. Returns the number of
+    /// systems and the size of their tables \[bytes\], including the maps between systems.
     ///
     /// # Errors
     /// As for [`Self::arrays`], except nearly parallel eigenvectors.
@@ -175,7 +177,7 @@ impl<'m> ClosedModes<'m> {
             instructions,
         };
         if kernel.sets.are_few() {
-            // An integrated cycle allocates nothing.
+            // Slots are built now, so that an integrated cycle allocates nothing.
             for set in 0..kernel.sets.count() {
                 kernel.slot_or_build(set)?;
                 kernel.series(set);
@@ -228,7 +230,7 @@ fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>)
     Ok((sets, bases))
 }
 
-/// Refuses an undamped block in resonance with a harmonic, if all systems are known.
+/// Refuses an undamped block in resonance with a harmonic. Systems that are built on demand are checked then.
 fn all_unresonant(
     model: &Model,
     sets: &Sets,

@@ -36,14 +36,14 @@ impl ReachedSets {
         if let Some(known) = self.lock().get(&set) {
             return Ok(known.clone());
         }
-        // Computed without the lock, so other threads continue; two threads that compute the same basis get the same
-        // result.
+        // Computed without the lock, so that other threads continue. Two threads that compute the same basis
+        // get the same result.
         let basis = Arc::new(FoundBasis::new(model, sets, set)?.basis(set));
         let mut bases = self.lock();
         if let Some(known) = bases.get(&set) {
             return Ok(known.clone());
         }
-        // Above the limit each kernel computes the bases of the sets that it reaches.
+        // Above the limit, a basis is not shared: every kernel computes it again.
         if bases.len() * bytes(model.modes()) < MOST_BYTES {
             bases.insert(set, basis.clone());
         }

@@ -1,9 +1,10 @@
 //! The first moment on a short interval at which a margin becomes negative.
 //!
-//! A bound C of the margin's second derivative decides cases that values at the ends leave open. A margin of curvature
-//! C is not below the parabola through these values that bends as much. The margin rises if its chord is steeper than
-//! `C h`. The rates at both ends prove that a root is the first. If none of these decides, the interval is halved, the
-//! left half first, so that no event is missed.
+//! The values at both ends and a bound C of the margin's second derivative decide most intervals. The margin
+//! is not below the parabola with the curvature C through the end values. On an interval of length h, the
+//! margin rises if its chord is steeper than `C h`. The rates at the start and at a root may prove that the
+//! root is the first. If none of these decides, the interval is halved. The left half comes first, so that no
+//! event is missed.
 
 use crate::propagate::Counters;
 use crate::propagate::vectors::{Lanes, Vector};
@@ -14,12 +15,12 @@ const DEEPEST: u32 = 60;
 /// Largest number of steps of Halley's method.
 const MOST_STEPS: u32 = 60;
 
-/// A margin and its rate at a time from the start of a block.
+/// A margin as a function of the time \[s\] from the start of a block.
 pub trait Margin {
     /// Margin \[m\], rate \[m/s\] and second derivative \[m/s²\] at a time.
     fn at(&mut self, time: f64) -> [f64; 3];
 
-    /// The same margin for functions that are compiled for every machine.
+    /// The same margin, for functions that are compiled once for all processors.
     fn dispatched(&mut self) -> &mut dyn Margin;
 }
 
@@ -131,7 +132,8 @@ pub fn exit_behind<M: Margin + ?Sized>(
     )
 }
 
-/// The first root on the halves of an interval. `rate` is that at the start if the margin is zero there.
+/// The first root on the halves of an interval. `rate` is the rate at the start if the margin is zero there,
+/// else `None`.
 #[cold]
 fn exit_of_halves(
     margin: &mut dyn Margin,
@@ -230,10 +232,10 @@ fn root<M: Margin + ?Sized>(
 /// Number of points of the interpolating polynomial.
 pub const POINTS: usize = 9;
 
-/// Parts of an interval at which this polynomial is computed.
+/// Number of equal parts of an interval. The polynomial is computed at the start of every part.
 const PARTS: usize = 8;
 
-/// Contribution of each value to the polynomial at the parts of each interval, the start included.
+/// Contribution of each value to the polynomial at the start of every part of every interval.
 static AT_PARTS: [[Lanes; POINTS]; POINTS - 1] = {
     let mut all = [[Lanes::ZERO; POINTS]; POINTS - 1];
     let mut index = 0;
@@ -257,9 +259,9 @@ static AT_PARTS: [[Lanes; POINTS]; POINTS - 1] = {
     all
 };
 
-/// Estimates the first change of sign, from positive to negative, of the polynomial through margins at 0, 1, … between
-/// `from` and the next point, where it is negative. A root at `from` does not count; `None` if the first part decides and
-/// starts at zero.
+/// Estimates the first change of sign, from positive to negative, of the polynomial through margins at 0, 1,
+/// … between `from` and the next point, where it is negative. A root at `from` does not count. `None` if the
+/// polynomial is not positive at the start of the part with the root.
 #[inline(always)]
 pub fn near_root<V: Vector>(values: &[f64; POINTS], from: usize) -> Option<f64> {
     let mut sums = [V::zero(); 2];
@@ -275,7 +277,7 @@ pub fn near_root<V: Vector>(values: &[f64; POINTS], from: usize) -> Option<f64> 
     if y[end - 1] <= 0.0 {
         return None;
     }
-    // The cubic through four parts, by one step of Halley's method from its chord.
+    // The root of the cubic through four values, by one step of Halley's method from the chord.
     let first = (end.max(2) - 2).min(PARTS - 3);
     let [a, b, c, d] = [y[first], y[first + 1], y[first + 2], y[first + 3]];
     let [second, third] = [0.5 * (c - 2.0 * b + a), (d - a - 3.0 * (c - b)) / 6.0];
@@ -320,7 +322,8 @@ mod tests {
         (found, counters)
     }
 
-    /// `(t − a)(t − b)`: positive at both ends, negative between the roots, at any distance of the roots.
+    /// The dip `(t − a)(t − b)` is positive at both ends and negative between its roots. It is found for any
+    /// distance of the roots.
     #[test]
     fn a_dip_between_positive_ends_is_found() {
         for apart in [0.3, 1e-3, 1e-6] {
@@ -339,7 +342,7 @@ mod tests {
         assert!(none.is_none() && counters.grazings == 0);
     }
 
-    /// The first of three roots, though the values at the ends suggest only one.
+    /// The search finds the first of three roots, although the values at the ends suggest only one.
     #[test]
     fn the_first_of_three_roots_is_taken() {
         let f = |t: f64| {
@@ -351,7 +354,8 @@ mod tests {
     }
 
     proptest::proptest! {
-        /// The first of the roots of a cubic on an interval, whatever the guess, and no root if there is none.
+        /// The search finds the first root of a cubic on an interval for any guess, and no root if there is
+        /// none.
         #[test]
         fn no_root_of_a_cubic_is_missed(
             roots in proptest::array::uniform3(-1.0..2.0_f64),
@@ -383,7 +387,7 @@ mod tests {
         }
     }
 
-    /// The estimate for a polynomial of fifth degree is near its root, from any point.
+    /// The estimate of a root is near the root of a polynomial of fifth degree, for any interval.
     #[test]
     fn the_estimate_of_a_root_is_near_it() {
         for from in 0..POINTS - 1 {
@@ -395,7 +399,7 @@ mod tests {
         }
     }
 
-    /// The root that the block starts from is no event; the next one is.
+    /// The root at the start of the block is no event; the next root is one.
     #[test]
     fn the_root_at_the_start_is_left_behind() {
         for next in [0.7, 1e-4] {

@@ -16,7 +16,7 @@ pub const GROUPS: usize = TERMS / LANES;
 /// Series with the same number of groups of terms.
 #[derive(Debug, Default)]
 pub struct Terms {
-    /// Places of the series among the coordinates, then the inputs.
+    /// Indices of the series: coordinates first, then inputs.
     pub places: Vec<usize>,
     /// The groups, one series after another.
     pub rows: Vec<Lanes>,
@@ -38,7 +38,7 @@ impl Series {
             terms.rows.extend(groups.take(last / LANES + 1));
         }
         for (g, terms) in series.0.iter_mut().enumerate() {
-            // Zeros fill up the last step of the sums.
+            // Series of zeros fill up the last group of [`AT_ONCE`] series.
             let count = terms.places.len().next_multiple_of(AT_ONCE);
             terms.places.resize(count, 0);
             terms.rows.resize(count * (g + 1), Lanes::ZERO);

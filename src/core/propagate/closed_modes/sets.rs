@@ -6,7 +6,7 @@ use crate::propagate::TableError;
 /// Largest number of contacts of a drive.
 pub const MOST_CONTACTS: usize = 24;
 
-/// A time this close to a breakpoint, relative to the mesh period, is on it.
+/// A time is on a breakpoint if their distance, relative to the mesh period, is at most this.
 pub const SAME_TIME: f64 = 1e-13;
 
 /// Properties of a closed contact on a segment.
@@ -25,7 +25,7 @@ pub struct ContactClass {
 pub struct Sets {
     /// Classes of each contact.
     classes: Vec<Vec<ContactClass>>,
-    /// State of each closed contact on each segment of each of its mesh cycles.
+    /// State that each contact has if it is closed, on each segment of each of its mesh cycles.
     segment_states: Vec<Vec<Vec<usize>>>,
     /// Weight of each contact's state in the number of a system.
     weights: Vec<usize>,
@@ -148,7 +148,7 @@ impl Sets {
         })
     }
 
-    /// The set of given closed contacts, each in its state of `closed`.
+    /// The set in which the contacts `active` are closed, each in its state from `closed`.
     #[inline]
     pub fn of(&self, active: ActiveSet, closed: &[usize]) -> usize {
         (active.iter()).fold(Self::FREE, |set, contact| {

@@ -75,7 +75,7 @@ impl ClosedModes<'_> {
         Series::new(&rows)
     }
 
-    /// Shows a window of some length \[s\] that starts at the present states.
+    /// Passes a window to the observer. It starts at the present states and is `duration` \[s\] long.
     pub(super) fn show<O: Observer>(
         &self,
         place: &CyclePosition,
@@ -114,7 +114,7 @@ impl ClosedModes<'_> {
         }
     }
 
-    /// Writes the structure's state at the start of a window.
+    /// Computes the modal state at the start of a window.
     fn show_state(&self, w: &mut Workspace) {
         let set = self.instructions;
         let [blocks, modal] = &mut w.shown;

@@ -9,12 +9,13 @@ type Cell<S> = OnceLock<(usize, Box<S>)>;
 #[derive(Debug)]
 pub struct Slots<S> {
     cells: Vec<Cell<S>>,
-    /// Whether every set has a fixed cell. Otherwise a set has the first free cell from the hash of its number on.
+    /// Whether every set has a fixed cell. If not, the search for a set starts at the hash of its number and
+    /// ends at the first free cell.
     direct_cells: bool,
 }
 
 impl<S> Slots<S> {
-    /// A table with a cell for each of all sets.
+    /// A table with one cell per set.
     pub fn of_all(sets: usize) -> Self {
         Self {
             cells: (0..sets).map(|_| OnceLock::new()).collect(),
@@ -22,7 +23,8 @@ impl<S> Slots<S> {
         }
     }
 
-    /// A table for a limited number of sets out of any number. It has twice as many cells, so that searches are short.
+    /// A table for at most `most` sets with any numbers. It has twice as many cells, so that searches are
+    /// short.
     pub fn hashed(most: usize) -> Self {
         Self {
             direct_cells: false,

@@ -1,5 +1,5 @@
-//! What does a system need at one operating point? Its motion, the rows of deflections, and bounds of a deflection
-//! between nodes.
+//! The data of a system at one operating point: its motion, the rows of deflections, and bounds of a
+//! deflection between nodes.
 
 use super::basis::{Basis, padded};
 use super::excitation::{Drift, Frequencies, Steady, error_amplitudes};
@@ -15,15 +15,17 @@ use num_complex::{Complex64, c64};
 pub struct System {
     /// Its blocks.
     pub chunks: Vec<Chunk>,
-    /// Matrices of the blocks: the amplitude of a block is the length of the product with its coordinates.
+    /// Matrices of the blocks. The amplitude of a block is the length of the product of its matrix and its
+    /// coordinates.
     pub balances: Vec<BlockPropagator>,
     /// `e^{Gt}` of all blocks at the first node, then at the next ones.
     moves: Vec<BlockPropagator>,
     /// Steady responses to the inputs, and the blocks without a steady response to a constant input.
     pub steady: Steady,
-    /// Displacement of each drift from the start of a block to each node.
+    /// Change of the coordinates of each drift from the start of a block to each node, due to its constant
+    /// input.
     pub pushes: Vec<[[f64; 2]; NODES]>,
-    /// Places of the coordinates with an effect on some line, alternately first and second components.
+    /// Indices of the coordinates with an effect on some line; first and second components alternate.
     pub places: Vec<usize>,
     /// The views of all lines of the model.
     pub views: Vec<LineView>,
@@ -42,7 +44,8 @@ pub struct LineView {
     pub drives: [Vec<f64>; 3],
     /// The deflection at the nodes: a row of node values for each of [`System::places`].
     pub nodes: Vec<Lanes>,
-    /// Contribution of each input to the deflection at the nodes, and a row of zeros.
+    /// Contribution of each input to the deflection at the nodes, and a row of zeros that makes the number of
+    /// rows even.
     pub drive_nodes: Vec<Lanes>,
     /// Largest contribution of a unit amplitude to the deflection \[m\].
     pub size: Vec<f64>,
@@ -55,13 +58,13 @@ pub struct LineView {
     pub others: Vec<([f64; 2], Drift)>,
 }
 
-/// Smallest frequency of a wave, as a part of its decay.
+/// A block is a wave if its frequency is larger than this part of its rate of growth or decay.
 const TURNS: f64 = 0.05;
 
-/// Largest angle \[rad\] of a turn that is neglected.
+/// A turn by less than this angle \[rad\] over a block is neglected.
 const NEGLECTED_ANGLE: f64 = 1e-3;
 
-/// Participation, relative to the largest, below which a mode has only round-off.
+/// A mode has only round-off if its participation, relative to the largest, is below this.
 const NEGLIGIBLE: f64 = 64.0 * f64::EPSILON;
 
 impl LineView {
@@ -112,7 +115,7 @@ fn balance(block: &Block, step: f64) -> [[[f64; 2]; 2]; 2] {
     let m = block.traceless();
     match block.damped_frequency() {
         Some(nu) if is_wave(block, step) => {
-            // The first along e₁, the second along M e₁ / ν.
+            // The first coordinate is along e₁, the second along M e₁ / ν.
             let (p, q) = (m[0][0] / nu, m[1][0] / nu);
             [[[1.0, p], [0.0, q]], [[1.0, -p / q], [0.0, 1.0 / q]]]
         }
@@ -130,8 +133,9 @@ fn is_displacement(block: &Block, step: f64) -> bool {
     by_rate == 1.0 && by_value.abs() * NODES as f64 * step < NEGLECTED_ANGLE
 }
 
-/// Whether a block turns and decays in its balanced coordinates. A rotation that no closed contact restrains has a
-/// frequency of round-off. Its rate is not the amplitude of such a slow wave.
+/// Whether a block turns and decays in its balanced coordinates. A rotation that no closed contact restrains
+/// has only a frequency of the size of round-off. Such a slow block is not a wave, because its rate is not an
+/// amplitude.
 fn is_wave(block: &Block, step: f64) -> bool {
     let angle = |nu: f64| nu * NODES as f64 * step;
     (block.damped_frequency()).is_some_and(|nu| {
@@ -245,7 +249,7 @@ impl System {
         system
     }
 
-    /// `e^{Gt}` of all blocks at a node, the first of which has the number 1.
+    /// `e^{Gt}` of all blocks at a node. Nodes are numbered from 1.
     #[inline(always)]
     pub fn moves_to(&self, node: usize) -> &[BlockPropagator] {
         &self.moves[(node - 1) * self.chunks.len()..][..self.chunks.len()]
@@ -362,7 +366,7 @@ fn gains_along(model: &Model, line: usize) -> DeflectionGains {
     )
 }
 
-/// Displacement of a drift from the start of a block to each node.
+/// Change of the coordinates of a drift from the start of a block to each node, due to its constant input.
 fn pushes(drift: &Drift, block: &Block, step: f64) -> [[f64; 2]; NODES] {
     let (first, e) = (drift.push(step), exponential(block, step));
     let mut all = [first; NODES];

@@ -82,7 +82,7 @@ fn motion<K: Kernel>(
     (trajectory, tangents, observed, counters)
 }
 
-/// Largest distance of two states in a mode \[m √kg\], velocities by a rate.
+/// Largest distance of two states in a mode \[m √kg\], with velocities divided by a typical rate.
 fn distance(model: &Model, a: &[f64], b: &[f64]) -> f64 {
     let (n, rate) = (model.modes(), 1e4);
     let difference: Vec<f64> = a.iter().zip(b).map(|(a, b)| a - b).collect();

@@ -17,12 +17,13 @@ pub struct Workspace {
     pub states: Aligned,
     /// Memory of the same size: all states at the time `spare_time`, if there is one.
     pub spare: Aligned,
-    /// Time from the start of the present block to which a search has moved the states in `spare` \[s\], without the
-    /// contributions of constant inputs, and the inputs in `spare_inputs`.
+    /// Time \[s\] from the start of the present block to which a search has moved the inputs in
+    /// `spare_inputs` and the states in `spare`. These states lack the contributions of constant inputs to
+    /// drifting blocks.
     pub spare_time: Option<f64>,
     /// Memory for amplitudes of the trajectory's blocks.
     pub amplitudes: Aligned,
-    /// Whether bounds of earlier amplitudes are valid in the present system.
+    /// Whether the bounds of an earlier block are valid in the present system.
     pub bounded: bool,
     /// The system whose coordinates `states` has.
     pub set: usize,
@@ -36,13 +37,13 @@ pub struct Workspace {
     pub line_states: Vec<LineState>,
     /// Line of each contact.
     pub line_of: Vec<usize>,
-    /// State of each contact if it is closed.
+    /// State that each contact has if it is closed.
     pub closed: Vec<usize>,
     /// The distinct lines of all contacts.
     pub lines: Vec<usize>,
     /// Contacts that may open or close.
     pub watched: Vec<WatchedContact>,
-    /// The next breakpoint of the present cycle.
+    /// Index of the next breakpoint of the present cycle.
     pub next_breakpoint: usize,
     /// The next breakpoint that concerns the present system.
     pub breakpoint: Option<CycleBreakpoint>,

@@ -2,8 +2,8 @@
 
 use crate::model::Block;
 
-/// `x ↦ exp(A t) x + ∫₀ᵗ exp(A s) ds · input` for every block, with the constant torques as
-/// input; stored by entry so that a pass over the modes runs in vector lanes.
+/// `x ↦ exp(A t) x + ∫₀ᵗ exp(A s) ds · input` for every block, with the constant torques as input. One array
+/// holds one matrix entry of all blocks, so that the compiler can vectorise the loop over blocks.
 ///
 /// ```text
 /// exp(A t) = e^{μt} (cos νt I + sin νt/ν M)
@@ -123,7 +123,7 @@ fn exact(block: &Block, t: f64) -> ([[f64; 2]; 2], [f64; 2]) {
 fn integrals_by_series(mu: f64, square: f64, t: f64) -> (f64, f64) {
     let (mut alpha, mut beta) = (t, 0.0);
     let (mut even, mut odd) = (alpha, beta);
-    // 1/20! is far below the last place.
+    // 1/20! is far below round-off.
     for k in 1..20 {
         let scale = t / f64::from(k + 1);
         (alpha, beta) = (

@@ -13,7 +13,8 @@ pub(super) struct MeshState {
 }
 
 impl MeshState {
-    /// Push of a contact's spring \[N/m\] and damper \[N s/m\] on its side \[N\].
+    /// Push \[N\] of a contact's spring \[N/m\] and damper \[N s/m\]; positive under compression, on either
+    /// side.
     pub fn push(&self, side: f64, [stiffness, damping]: [f64; 2]) -> f64 {
         side * self.force(side, [stiffness, damping])
     }
@@ -32,7 +33,7 @@ pub(super) struct Change {
     pub closes: bool,
     /// Position between the instants, from 0 to 1.
     pub fraction: f64,
-    /// Whether it is at its surface; otherwise its push passes zero.
+    /// Whether the contact is on its surface there. If not, its push passes zero.
     pub on_surface: bool,
 }
 

@@ -30,7 +30,8 @@ use free_flow::FreeFlow;
 use mesh_state::{Change, MeshState};
 use tables::{ContactTable, MidStepContact, Rows, dot};
 
-/// Largest number of equal parts of the cycle in the search for common boundaries of segments.
+/// Largest number of equal parts of the cycle that is tried to find parts whose boundaries include those of
+/// all segments.
 const MOST_PARTS: usize = 10_000;
 
 /// The fixed-small-step kernel of one model.
@@ -49,8 +50,9 @@ pub struct Stepping {
     contacts: Vec<ContactTable>,
     /// Number of contacts that are springs of the flanks.
     flank_springs: usize,
-    /// Transmission error and its rate, per line, at every half step of a base period, including the end of each
-    /// cycle. Empty if the errors do not repeat with the base period, as for orders of a shaft.
+    /// Transmission error \[m\] and its rate \[m/s\], per line, at every half step of a base period,
+    /// including the end of each cycle. Empty if the errors do not repeat with the base period; orders of a
+    /// shaft may not.
     transmission_error: Vec<Vec<[f64; 2]>>,
     lines: Vec<Line>,
     ripple: Vec<RippleTable>,
@@ -59,7 +61,7 @@ pub struct Stepping {
 /// A tabulated torque ripple.
 #[derive(Debug, Clone)]
 struct RippleTable {
-    /// Phase at the start of cycle 0 and turns per cycle.
+    /// The ripple, which gives the phase at the start of a cycle.
     source: crate::model::Ripple,
     /// Velocity change h · input, length 2N.
     kick: Vec<f64>,
@@ -137,7 +139,7 @@ impl Stepping {
         self.steps
     }
 
-    /// A mesh cycle within its base period.
+    /// Index of a mesh cycle within its base period.
     fn cycle_in_base_period(&self, cycle: u64) -> usize {
         (cycle % self.base as u64) as usize
     }
@@ -164,8 +166,8 @@ impl Stepping {
         &self.directions[self.segment(contact, cycle, j).direction]
     }
 
-    /// The contacts at the start of step `j`. If the line or gap of a contact changes there, it may open or close.
-    /// The time is prescribed, so tangents do not change.
+    /// The contacts at the start of step `j`. If the line or the gap of a contact changes there, the contact
+    /// may open or close. The time of this change is prescribed, so tangents do not change.
     fn turn<O: Observer, const M: usize>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -192,8 +194,9 @@ impl Stepping {
         Ok(mesh)
     }
 
-    /// Updates the closed contacts from one state of step `j` to the next. Every contact that opens or closes in
-    /// between is an event, with its saltation. Contacts that open come first, then the order of times.
+    /// Updates the closed contacts between two instants of step `j`. Every contact that opens or closes is an
+    /// event and changes the tangents by its saltation. Openings come before closings, each in the order of
+    /// time.
     fn follow<O: Observer>(
         &self,
         trajectory: &mut TrajectoryState,
@@ -435,7 +438,7 @@ impl Stepping {
             }
             last = mesh;
         }
-        // The closed contacts of the next cycle follow from the state at the end.
+        // The state at the end determines the closed contacts of the next cycle.
         let end: [_; M] =
             self.mesh_states(&trajectory.state, cycle, self.steps - 1, 2 * self.steps);
         for (at_end, table) in end.iter().zip(&self.contacts) {

@@ -17,7 +17,7 @@ pub(super) struct ContactTable {
     pub contact: Contact,
     /// Largest gap on any of its lines \[m\].
     pub gap: f64,
-    /// Whether its line or gap changes anywhere.
+    /// Whether its line or its gap changes at the start of some segment.
     pub turns: bool,
     /// The contact at the middle of every step.
     pub middles: Vec<MidStepContact>,
@@ -37,7 +37,7 @@ pub(super) struct MidStepContact {
 }
 
 impl MidStepContact {
-    /// Impulse per unit force \[s\] over a time \[s\].
+    /// Impulse per unit of the initial force \[s\] over a time \[s\].
     pub fn impulse(&self, time: f64) -> f64 {
         if self.decay == 0.0 {
             time
@@ -87,7 +87,7 @@ fn middles(
     let mut out = Vec::new();
     for number in 0..model.base_cycles() {
         let cycle = contact.cycle(number as u64);
-        // A change at the start of a segment shorter than a step belongs to the next step.
+        // A segment shorter than a step may have no step. The next step then has its change of line or gap.
         let mut turned = false;
         for (index, s) in cycle.segments.iter().enumerate() {
             let direction = &directions[s.direction];

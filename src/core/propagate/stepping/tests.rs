@@ -168,14 +168,14 @@ fn event_limit_and_divergence_stop_the_integration() {
     lost.cycle = 3;
     let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert_eq!(stop, Err(Stop::Diverged { cycle: 3 }));
-    // A lost motion: 100 m/s for a period is far beyond a million half gaps of 10 µm.
+    // A motion that diverges: 1e9 m/s for a period is far beyond a million half gaps of 10 µm.
     let mut lost = model.start(&InitialState::Static);
     lost.state[2] = 1e9;
     let stop = advance(&Stepping::new(&model, 500, 100), &mut lost);
     assert!(matches!(stop, Err(Stop::Diverged { .. })));
 }
 
-/// A contact whose line changes at the start of a segment shorter than a step changes it with the next step.
+/// If a contact's line changes at the start of a segment shorter than a step, the next step has the change.
 #[test]
 fn a_segment_without_a_step_hides_no_turn() {
     let mut structure = structure();

@@ -20,10 +20,10 @@ const LARGEST_PHASE: f64 = 3.0;
 /// Round-off of sums, relative to a mesh cycle or a window.
 const ROUNDING: f64 = 1e-14;
 
-/// Largest size of the last two terms of a series, relative to its sum.
+/// Largest sum of the sizes of the last two terms of a series, relative to the sum of the sizes of all terms.
 const TAIL: f64 = 4.0 * f64::EPSILON;
 
-/// Largest number of halvings of a window with a series that does not converge.
+/// Largest number of times that a window is halved because its series do not converge.
 const HALVINGS: u32 = 8;
 
 /// Scratch memory of the kernel.
@@ -170,8 +170,8 @@ impl VaryingSpeed {
         Ok(())
     }
 
-    /// Solves a window that starts at a time \[s\] of a speed interval. It is at most as long as given \[s\]
-    /// and is halved until its series converge.
+    /// Solves a window that starts at `start` \[s\] of a speed interval. The window is at most `longest`
+    /// \[s\] long and is halved until its series converge.
     fn solve(
         &self,
         motion: &Motion,
@@ -228,7 +228,8 @@ impl VaryingSpeed {
         }
     }
 
-    /// The series of a window.
+    /// Expands waves, errors, ripples, stiffness and gaps of a window by powers of u, then solves its
+    /// deflections and forces.
     fn expand(&self, motion: &Motion, reach: &WindowCourse, workspace: &mut Workspace) {
         let Workspace {
             motions, segments, ..
@@ -332,7 +333,8 @@ impl VaryingSpeed {
             motion.events = 0;
             counters.cycles += 1;
         }
-        // The stiffness steps, and after a step of gap or line no contact is on its surface.
+        // The stiffness may jump here. If the gap or the line jumps, no contact is exactly on its surface any
+        // more.
         motion.standing = [ActiveSet::FREE; 2];
         self.set_segments(motion, workspace);
     }

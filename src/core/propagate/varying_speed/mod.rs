@@ -68,7 +68,8 @@ pub struct Motion {
     pub phase: f64,
     /// Time \[s\].
     pub time: f64,
-    /// Contacts that have just opened or closed: those on their surfaces, and those with a vanishing force.
+    /// Contacts that have just opened or closed: first those on their surfaces, then those whose force has
+    /// vanished.
     pub standing: [ActiveSet; 2],
     /// Contacts that have opened or closed in this mesh cycle.
     pub events: u32,
@@ -81,14 +82,15 @@ pub struct VaryingSpeed {
     system: System,
     /// Mesh cycles per radian of the pinion.
     cycles_per_radian: f64,
-    /// From [`crate::model::LoadTerms`].
+    /// Angular acceleration of the pinion per unit torque on each shaft \[1/(kg m²)\]; see
+    /// [`crate::model::LoadTerms`].
     mobility: [Option<f64>; 2],
     on_bearings: Vec<[f64; LOAD_TERMS]>,
     outputs: Vec<Rows>,
     bearings: Vec<Rows>,
     /// Mesh phases of every cycle of a base period at which a segment ends.
     ends: Vec<Vec<f64>>,
-    /// Deflections beyond which a motion has diverged.
+    /// Largest deflection along every line. Beyond it, a motion has diverged.
     farthest: Vec<f64>,
     event_limit: u32,
     instructions: InstructionSet,
@@ -100,7 +102,8 @@ impl VaryingSpeed {
     /// * `event_limit`: largest number of events in a mesh cycle before integration stops.
     ///
     /// # Errors
-    /// [`VaryingSpeedError`] if modes change with the speed, or if there are dry sliders or rigid stops.
+    /// [`VaryingSpeedError`] if modes change with the speed, or if there are dry sliders, rigid stops or dry
+    /// friction.
     pub fn new(
         structure: &ModalStructure,
         model: &Model,
@@ -154,8 +157,9 @@ impl VaryingSpeed {
         self.cycles_per_radian
     }
 
-    /// Mean angular acceleration of the pinion \[rad/s²\] under torques on the pinion's and the wheel's shaft \[N
-    /// m\], each positive in its sense of rotation. `None` if the drive does not rotate freely, or dampers slow it down.
+    /// Mean angular acceleration of the pinion \[rad/s²\] under torques \[N m\] on the pinion's and the
+    /// wheel's shaft. Each torque is positive in its sense of rotation. `None` if the drive does not rotate
+    /// freely, or if dampers slow it down.
     pub fn mean_acceleration(&self, torques: [f64; 2]) -> Option<f64> {
         let is_damped = |i: usize| !self.model.neutral.contains(&i);
         if self.model.free_rotations().any(is_damped) {
@@ -165,7 +169,8 @@ impl VaryingSpeed {
         Some(pinion? * torques[0] + wheel? * torques[1])
     }
 
-    /// Whether the drive turns freely, but nothing tells where the torque acts that accelerates it.
+    /// Whether the drive rotates freely, but the structure does not define how a torque on the pinion's shaft
+    /// acts on it.
     pub fn lacks_torque(&self) -> bool {
         let turns = self.model.has_flanks() && self.model.free_rotations().next().is_some();
         turns && self.mobility[0].is_none()

@@ -76,7 +76,7 @@ impl VaryingSpeedWindow<'_> {
             .sum()
     }
 
-    /// Force on a bearing from omitted modes \[N\].
+    /// Static force of omitted modes on a bearing \[N\].
     fn left_out(&self, index: usize, place: f64) -> f64 {
         let kernel = self.kernel;
         let shares = kernel.on_bearings[index].iter().zip(&self.loads);

@@ -15,7 +15,7 @@ pub const COURSE_TERMS: usize = 5;
 /// time \[s\] since the start of the stretch.
 pub type Course = [f64; COURSE_TERMS];
 
-/// A compensated sum, which keeps the rounding error.
+/// A compensated sum: it also stores its rounding error.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sum {
     /// Its value.
@@ -53,8 +53,8 @@ pub fn value_and_slope(series: &[f64], place: f64) -> [f64; 2] {
     [sum, slope]
 }
 
-/// A course on a window that starts at a time \[s\] of the speed interval, with a length \[s\], by powers of
-/// u.
+/// A course by powers of u on a window that starts at `start` \[s\] of the speed interval and is `length`
+/// \[s\] long.
 pub fn on_window(course: &Course, start: f64, length: f64) -> Course {
     let mut shifted = *course;
     // Repeated Horner schemes give the coefficients about `start`.
@@ -79,12 +79,13 @@ pub fn rate(course: &Course) -> Course {
     })
 }
 
-/// The square of a course up to its last term, without higher powers of u.
+/// The square of a course, truncated after the highest power of u in a course.
 pub fn square(a: &Course) -> Course {
     std::array::from_fn(|k| (0..=k).map(|m| a[m] * a[k - m]).sum())
 }
 
-/// `−f''/r²` of a series f of u, without its last two terms: `cos(r u)` remains itself.
+/// `−f''/r²` of a series f of u. Its last two terms are zero, because the series has no terms for them.
+/// `cos(r u)` remains itself.
 pub fn second_derivative(series: &Powers, r: f64) -> Powers {
     std::array::from_fn(|k| {
         let next = series.get(k + 2).copied().unwrap_or(0.0);
@@ -92,8 +93,8 @@ pub fn second_derivative(series: &Powers, r: f64) -> Powers {
     })
 }
 
-/// The position where an increasing course that starts at 0 reaches a value, by Newton's method from the mean rate up
-/// to u = 1.
+/// The position where an increasing course that starts at 0 reaches the value `reached`. Newton's method
+/// starts from the position for the mean rate on \[0, 1\].
 pub fn place_of(course: &Course, reached: f64) -> f64 {
     let mut place = reached / value(course, 1.0);
     for _ in 0..20 {
@@ -107,8 +108,8 @@ pub fn place_of(course: &Course, reached: f64) -> f64 {
     place.max(0.0)
 }
 
-/// A Legendre series of a position that is a polynomial of u, by Clenshaw's recurrence with series in place of
-/// numbers.
+/// The power series in u of a Legendre series whose argument is the polynomial `place` of u. Clenshaw's
+/// recurrence is applied to series in place of numbers.
 pub fn composed(legendre: &[f64], place: &Course, out: &mut Powers) {
     let (mut next, mut after) = ([0.0; TERMS], [0.0; TERMS]);
     for (n, a) in legendre.iter().enumerate().rev() {
@@ -129,7 +130,7 @@ pub fn composed(legendre: &[f64], place: &Course, out: &mut Powers) {
     *out = next;
 }
 
-/// Terms up to the last that is not zero, at least one.
+/// Number of terms up to the last one that is not zero, at least one.
 pub fn length(series: &Powers) -> usize {
     series.iter().rposition(|a| *a != 0.0).map_or(1, |n| n + 1)
 }
@@ -146,7 +147,7 @@ pub fn to_legendre(series: &Powers) -> Powers {
     out
 }
 
-/// Legendre series of all powers of u.
+/// Legendre series of every power of u, one row per power.
 fn legendre_of_powers() -> &'static [Row; TERMS] {
     static ROWS: OnceLock<[Row; TERMS]> = OnceLock::new();
     ROWS.get_or_init(|| {
@@ -172,7 +173,7 @@ mod tests {
     use super::*;
     use crate::numerics::legendre;
 
-    /// Ten thousand times a tenth of a thousandth is one.
+    /// Ten thousand terms of 1e-4 add up to exactly 1.
     #[test]
     fn sums_of_many_terms_are_exact() {
         let mut sum = Sum::of(0.0);

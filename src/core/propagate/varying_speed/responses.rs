@@ -32,7 +32,8 @@ pub const INVERSE_FACTORIALS: Powers = {
     all
 };
 
-/// A series, `j! a_j`, after [`TERMS`] zeros. It is delayed by reading it from an earlier position.
+/// A series of coefficients `j! a_j` after [`TERMS`] zeros. To delay the series, a loop reads it from an
+/// earlier position.
 pub type Delayed = [f64; 2 * TERMS];
 
 /// The inputs for computing responses.
@@ -53,8 +54,8 @@ pub struct ResponseInputs<'a> {
 /// The responses along one direction.
 #[derive(Debug, Clone)]
 pub struct DirectionResponses {
-    /// `w (A/ω)^j` of every component: all powers of a first component, then of the next, then of the second
-    /// components.
+    /// `w (A/ω)^j`: all powers for the first component of block 0, then of block 1, and so on; then the same
+    /// for the second components.
     states: Aligned,
     /// Responses `w (A/ω)^{m−1} b` to forces along every direction.
     pub forces: Vec<Powers>,
@@ -98,7 +99,7 @@ impl DirectionResponses {
         }
     }
 
-    /// `h^j w A^j z`, from components and the powers of h ω.
+    /// `h^j w A^j z`, from the components z and the powers of h ω.
     #[inline(always)]
     pub fn to_state<V: Vector>(&self, components: [&[f64]; 2], scales: &Powers) -> Powers {
         const GROUPS: usize = TERMS / LANES;
@@ -130,7 +131,7 @@ impl DirectionResponses {
     }
 }
 
-/// `h^m w A^{m−1} b`, ready to be delayed.
+/// `h^m w A^{m−1} b` as a [`Delayed`] series.
 #[inline(always)]
 pub fn delayed(answer: &Powers, scales: &Powers, length: f64) -> Delayed {
     let mut out = [0.0; 2 * TERMS];
@@ -140,7 +141,8 @@ pub fn delayed(answer: &Powers, scales: &Powers, length: f64) -> Delayed {
     out
 }
 
-/// Adds the response to a coefficient `j! f_j`. It starts two powers later; earlier lanes do not change.
+/// Adds the response to a coefficient `j! f_j`. The response starts two powers later, so earlier lanes do not
+/// change.
 #[inline(always)]
 pub fn answer<V: Vector>(series: &mut Powers, answer: &Delayed, factor: f64, j: usize) {
     let factor = V::splat(factor);

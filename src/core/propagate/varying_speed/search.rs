@@ -1,8 +1,9 @@
 //! Which event comes first on a window?
 //!
-//! An open contact closes where δ rises to its gap. A closed one opens where δ falls back to it or, if it never
-//! pulls, where its force vanishes. A contact opened by its force is still compressed. It takes load again where the
-//! force that it would have rises to zero, until it becomes free.
+//! An open contact closes where δ rises to its gap. A closed one opens where δ falls back to it or, if it
+//! never pulls, where its force vanishes. A contact that opened because its force vanished is still
+//! compressed. It closes again where the force that it would have rises to zero. Once δ is back at the gap,
+//! the contact is free.
 
 use super::VaryingSpeed;
 use super::powers::{Powers, to_legendre, value, value_and_slope};
@@ -43,7 +44,7 @@ pub struct WindowEvent {
     pub rate: f64,
 }
 
-/// A margin; a contact's state ends where it becomes negative.
+/// A margin with its round-off. The state of a contact ends where the margin becomes negative.
 struct Candidate {
     margin: Powers,
     noise: f64,
@@ -99,7 +100,7 @@ impl VaryingSpeed {
         first
     }
 
-    /// Creates the tables of the search, one each per process. Searches then allocate nothing.
+    /// Creates the tables of the search, which exist once per process. Searches then allocate nothing.
     pub(super) fn prepare_search(&self) {
         let [one, several] = [[1.0, 0.0], [0.0, 9.0]].map(|[slope, rate]| {
             let [mut margin, _] = wave(0.0, &[0.0, rate, 0.0, 0.0, 0.0]);
@@ -132,7 +133,7 @@ impl VaryingSpeed {
         let noise = ROUND_OFF * (motions.sizes[line] + self.model.half_gap);
         let known = crossed.holds(contact);
         let inside = if closed { 1.0 } else { -1.0 };
-        // Most contacts are far from any change.
+        // Most contacts are so far from their surfaces that nothing can happen on the window.
         let law = &motions.laws[contact];
         let reach: f64 = (motions.deflections[line][1..].iter().zip(&law.gap[1..]))
             .map(|(d, b)| d.abs() + b.abs())
@@ -228,7 +229,7 @@ fn push(indentation: &Powers, law: &ContactCourse, damping: f64, length: f64) ->
     })
 }
 
-/// A bound of a series on its window.
+/// An upper bound of the size of a series on its window.
 fn bound(series: &Powers) -> f64 {
     series.iter().map(|a| a.abs()).sum()
 }

@@ -56,7 +56,8 @@ impl SpeedInterval {
         value(&sizes, self.duration)
     }
 
-    /// Mesh cycles that pass on a window that starts at a time \[s\], and load terms there, by powers of u.
+    /// Mesh cycles that pass on a window, and the load terms there, by powers of u. The window starts at
+    /// `start` \[s\] of the interval and is `length` \[s\] long.
     pub(super) fn on_window(
         &self,
         kernel: &VaryingSpeed,

@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 pub struct Gains {
     /// Gains of the deflection by components.
     pub deflection: Rows,
-    /// Rates of the components that a unit force subtracts.
+    /// Input g of the contact force: a force F changes the rates of the components by −g F.
     pub input: Rows,
 }
 
@@ -37,7 +37,7 @@ pub struct System {
     pub ripple_waves: Vec<Wave>,
     /// The waves of every line's error.
     pub error_waves: Vec<Vec<Wave>>,
-    /// Responses of deflections, by direction.
+    /// Responses of the deflection along every direction.
     pub answers: Vec<DirectionResponses>,
     /// Upper bound of the rates of the structure with one contact closed, at least 1 \[1/s\].
     pub fastest: f64,
@@ -106,7 +106,8 @@ impl System {
         system
     }
 
-    /// A cosine with an amplitude and a phase \[rad\], as a harmonic of a wave.
+    /// The harmonic `amplitude cos(θ + phase)` of the wave with `turns` turns per mesh cycle; the phase is in
+    /// rad.
     fn wave(&mut self, turns: f64, amplitude: f64, phase: f64) -> Wave {
         let known = self
             .turns

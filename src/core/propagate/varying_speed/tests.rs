@@ -50,8 +50,8 @@ fn drives() -> Vec<Drive> {
     vec![fixtures::two_level_mesh(1e-5), sloping, never_pulls, both]
 }
 
-/// A mesh cycle, divided into speed intervals of any length, has the events and the end of the Volterra
-/// kernel.
+/// A mesh cycle that is divided into speed intervals has the same events and the same end as with the
+/// Volterra kernel.
 #[test]
 fn constant_speed_is_the_motion_of_the_other_kernels() {
     let structure = structure();
@@ -114,7 +114,8 @@ fn constant_speed_is_the_motion_of_the_other_kernels() {
     }
 }
 
-/// Two rigid gears in lasting contact, accelerated at the pinion: the mesh bears the load and turns the wheel.
+/// A torque accelerates the pinion of two rigid gears in lasting contact. The mesh force bears the load and
+/// accelerates the wheel.
 #[test]
 fn acceleration_loads_the_mesh() {
     let (a, b) = (0.8, 0.6);
@@ -139,7 +140,7 @@ fn acceleration_loads_the_mesh() {
     let reduced = inertia[0] + ratio * ratio * inertia[1];
     let found = 1.0 / kernel.mean_acceleration([1.0, 0.0]).unwrap();
     assert!((found / reduced - 1.0).abs() < 1e-13, "{found} {reduced}");
-    // A load on the wheel acts as one on the pinion, by the ratio of teeth.
+    // A torque on the wheel acts like one on the pinion, times the ratio of the numbers of teeth.
     let of_wheel = kernel.mean_acceleration([0.0, 1.0]).unwrap() * reduced;
     assert!((of_wheel - ratio).abs() < 1e-13, "{of_wheel}");
 
@@ -177,7 +178,7 @@ fn acceleration_loads_the_mesh() {
     let (force, motion, _) = after(&structure);
     let exact = point.load * structure.rated_force + inertia[1] * acceleration * ratio / radii[1];
     assert!((force / exact - 1.0).abs() < 1e-10, "{force} {exact}");
-    // A very small drag changes nothing but that torques no longer determine the speed.
+    // A very small drag does not change the force, but the torques alone no longer determine the speed.
     structure.coupling = Some(Coupling {
         damping: vec![1e-9, 0.0, 0.0, 1e-9],
         gyroscopic: vec![0.0; 4],
@@ -197,8 +198,8 @@ fn acceleration_loads_the_mesh() {
     );
 }
 
-/// An end with a large inertia follows the imposed angle while the speed rises. The inertia on a spring behind it
-/// vibrates relative to it by `z'' + 2 ζ ω z' + ω² z = −ψ''`.
+/// An end with a large inertia follows the imposed angle while the speed rises. A spring connects it to a
+/// light inertia, whose relative vibration obeys `z'' + 2 ζ ω z' + ω² z = −ψ''`.
 #[test]
 fn an_imposed_motion_follows_the_rotation() {
     let (heavy, light, own, ratio) = (1e7f64, 2e-3, 900.0, 0.03);

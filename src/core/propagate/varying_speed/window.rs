@@ -55,7 +55,7 @@ impl ContactCourse {
 pub struct WindowTask {
     /// Its length \[s\].
     pub length: f64,
-    /// Value of each load term.
+    /// Course of each load term on the window, by powers of u.
     pub loads: [Course; LOAD_TERMS],
 }
 
@@ -66,7 +66,7 @@ pub struct WindowSeries {
     pub components: [Aligned; 2],
     /// The components at the end of the window.
     pub end: [Aligned; 2],
-    /// Deflection of every line of the model \[m\]; unused for lines that no contact has.
+    /// Deflection of every line of the model \[m\]; unused for lines without a contact.
     pub deflections: Vec<Powers>,
     /// Sum of the absolute contributions to a deflection at the start of the window \[m\].
     pub sizes: Vec<f64>,
@@ -74,9 +74,9 @@ pub struct WindowSeries {
     pub errors: Vec<Powers>,
     /// Cosine and sine of every wave.
     pub waves: Vec<[Powers; 2]>,
-    /// Factors of the ripples.
+    /// Series of the ripples, which multiply their inputs.
     pub ripples: Vec<Powers>,
-    /// The lines that some contact has, each with a direction of force along it.
+    /// The lines with a contact. Each entry is a line and the direction of a force along it.
     pub lines: Vec<[usize; 2]>,
     /// Line of every contact.
     pub line_of: Vec<usize>,
@@ -135,7 +135,8 @@ fn size_along<V: Vector>(rows: &Rows, components: [&[f64]; 2]) -> f64 {
 }
 
 for_each_set! {
-    /// The deflections and forces of a window from the components at its start, which come first in `motions`.
+    /// Computes the deflections and forces of a window. The first row of `motions.components` is the state at
+    /// its start.
     fn meet(system: &System, task: &WindowTask, motions: &mut WindowSeries) = meet_body
 }
 
@@ -208,7 +209,7 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, motions: &mut Window
 }
 
 for_each_set! {
-    /// The components of a window with known forces, and their values at a position in it.
+    /// Computes the components of a window with known forces, and their values at the position `place` in it.
     fn move_blocks(system: &System, task: &WindowTask, place: f64, motions: &mut WindowSeries) = move_blocks_body
 }
 

@@ -1,7 +1,7 @@
 //! Eight lanes in two AVX registers.
 //!
-//! From loops over arrays, the compiler would make comparisons one by one, and masked stores, which some processors
-//! execute slowly.
+//! The compiler would turn loops over arrays into comparisons one by one and into masked stores. Some
+//! processors execute masked stores slowly.
 
 #![allow(unsafe_code)]
 

@@ -1,9 +1,10 @@
 //! Which vector instructions does this process use, and how is a loop written once for all of them?
 //!
-//! Every loop is written over arrays of lanes. With the target features enabled, the compiler turns it into the
-//! machine's vectors. Closures would not inherit the features, so there are none, and no `map` of an array: the compiler
-//! may call both instead of inlining them. Results differ between instruction sets within rounding (fused or separate
-//! multiply-add), never between runs on one.
+//! Every loop is written over arrays of lanes. With the target features enabled, the compiler turns it into
+//! the machine's vectors. Loops contain no closures and no `map` of an array: the compiler may call both
+//! instead of inlining them, and a called closure does not inherit the features. Results differ between
+//! instruction sets within rounding (fused or separate multiply-add). Runs with one instruction set give the
+//! same bits.
 
 mod aligned;
 #[cfg(target_arch = "x86_64")]
@@ -101,8 +102,8 @@ macro_rules! for_each_set {
             fn avx512($($arg: $type),*) $(-> $ret)? { $body::<$crate::propagate::vectors::Wide>($($arg),*) }
             match set.level() {
                 $crate::propagate::vectors::Level::Portable => $body::<$crate::propagate::vectors::Packed>($($arg),*),
-                // SAFETY: a set beyond the portable one is only ever made by
-                // `InstructionSet::available`, after the processor was asked for it.
+                // SAFETY: only `InstructionSet::available` makes a set beyond the portable one, after it has
+                // checked the processor.
                 #[cfg(target_arch = "x86_64")]
                 $crate::propagate::vectors::Level::Avx2 => unsafe { avx2($($arg),*) },
                 // SAFETY: as above.

@@ -9,7 +9,7 @@ pub const TERMS: usize = 24;
 /// A series on a window.
 pub type Series = [f64; TERMS];
 
-/// A series of a table, aligned to cache lines.
+/// A series in a table, aligned to cache lines.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Row(pub Series);
@@ -19,7 +19,7 @@ impl Row {
     pub const ZERO: Self = Self([0.0; TERMS]);
 }
 
-/// Blocks that are processed together.
+/// Number of blocks that one vector operation processes.
 pub const LANES: usize = 8;
 
 /// One lane group, aligned to a cache line, so that a vector load never spans two lines.
@@ -32,7 +32,8 @@ impl Lanes {
     pub const ZERO: Self = Self([0.0; LANES]);
 }
 
-/// Contribution of a value at each node of [`transforms24`] to a series.
+/// Row j is the Legendre series of the polynomial that is 1 at node j of [`transforms24`] and 0 at its other
+/// nodes.
 pub fn interpolation() -> &'static [Row; TERMS] {
     static ROWS: OnceLock<[Row; TERMS]> = OnceLock::new();
     ROWS.get_or_init(|| {

@@ -1,7 +1,8 @@
 //! Eight lanes in the machine's vectors.
 //!
-//! For vectors of two, the compiler packs loops over arrays. For vectors of eight, it would keep the sums of several
-//! columns in memory and use gathers for sums along rows. Those of four and eight are written out in separate files.
+//! For vectors of two numbers, the compiler packs loops over arrays. For vectors of eight numbers, it would
+//! keep the sums of several columns in memory and use gathers for sums along rows. Vectors of four and of
+//! eight numbers are therefore written out in separate files.
 
 use super::shapes::{LANES, Lanes, Row, Series, TERMS};
 
@@ -9,7 +10,7 @@ use super::shapes::{LANES, Lanes, Row, Series, TERMS};
 pub trait Vector: Copy {
     /// Whether multiply-adds are fused.
     const FUSED: bool;
-    /// Whether the registers hold the sums of several columns.
+    /// Whether there are enough registers for the sums of several columns at a time.
     const WIDE: bool;
 
     /// The same number in all lanes.

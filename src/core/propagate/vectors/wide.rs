@@ -137,7 +137,7 @@ impl Vector for Wide {
         u32::from(unsafe { _mm512_cmp_pd_mask::<_CMP_NGT_UQ>(self.0, other.0) })
     }
 
-    /// Sums along vectors by folding two rows into one until one is left.
+    /// Forms the sums of 8 rows at a time: adds pairs of vectors until one vector with the 8 sums is left.
     #[inline(always)]
     fn products_of_rows(rows: &[Row; TERMS], weights: &Row) -> Series {
         let mut w = [Self::zero(); TERMS / LANES];

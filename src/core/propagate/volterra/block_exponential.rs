@@ -62,7 +62,7 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
     a[0] * b[0] + a[1] * b[1]
 }
 
-/// Series of the scalar responses of δ and δ' to an impulse of some input.
+/// Series of the responses of δ and δ' to an impulse of an input.
 #[derive(Debug, Default)]
 pub struct Kernels {
     pub deflection: [f64; KERNEL_TERMS],
@@ -86,7 +86,7 @@ impl Kernels {
     }
 }
 
-/// The responses of the deflection seen with the gains `seen` to an impulse of the force with the gains `force`.
+/// Responses of the deflection with the gains `seen` to an impulse of the force with the gains `force`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 pub fn impulse(
     seen: &[MeshGain],

@@ -1,7 +1,8 @@
 //! Which tables does only a window in contact read?
 //!
-//! They are made when a contact first closes on such a window. A motion that never leaves one flank needs none of the
-//! other flank, and none of both flanks together; these are most of the tables of a mesh from a drawing.
+//! They are computed when a contact first closes on such a window. A motion that stays on one flank needs no
+//! tables of the other flank, and none of both flanks together. For a mesh that is computed from a drawing,
+//! these are most of the tables.
 
 use super::block_exponential::Kernels;
 use super::feedback::Feedback;
@@ -12,7 +13,7 @@ use super::window_stiffness::WindowStiffness;
 use crate::numerics::convolution::convolution24;
 use crate::propagate::vectors::InstructionSet;
 
-/// What the tables are made from.
+/// The data from which the tables of windows in contact are computed.
 #[derive(Debug)]
 pub struct ContactRequest {
     /// Window length Δ \[s\].
@@ -27,7 +28,7 @@ pub struct ContactRequest {
     pub other_lines: Vec<LineResponse>,
 }
 
-/// How a line on which a force acts responds to it.
+/// Response of the deflection along a line to a force that acts along another line.
 #[derive(Debug)]
 pub struct LineResponse {
     pub line: usize,

@@ -138,8 +138,8 @@ impl Volterra<'_> {
         let end = position.time + table.delta;
         let fits = aligned
             || if track.is_joint() {
-                // A window that reaches the breakpoint within rounding ends there. The slopes of a window between them
-                // would be the round-off of its values.
+                // A window that ends within rounding of the breakpoint is cut there. Otherwise the next
+                // window would be as short as round-off, and its slopes would be the round-off of its values.
                 end < stop - ROUNDING * self.model.period()
             } else {
                 end <= stop
@@ -241,7 +241,7 @@ impl Volterra<'_> {
             position.aligned = None;
         }
         *active = to;
-        // The force of a damper steps, and so does the force of a stop that holds the structure.
+        // The force of a damper jumps at the event, and so does the force of a stop that holds the structure.
         self.move_onto_constraints(to, position, workspace);
         if position.crossed.holds(found.contact) != on_surface {
             position.crossed = position.crossed.toggled(found.contact);

@@ -18,7 +18,8 @@ const WORTH_SHARING: f64 = 1.25;
 /// and bisecting its series to find the events costs more than another window.
 pub(super) const FEWEST: f64 = 4.0;
 
-/// Largest number of equal parts of the cycle in the search for common boundaries of segments.
+/// Largest number of equal parts of the cycle that is tried to find parts whose boundaries include those of
+/// all segments.
 const MOST_PARTS: usize = 10_000;
 
 /// The mesh cycle of a contact, divided into stretches and cells. On a stretch the contact keeps its segment
@@ -31,8 +32,8 @@ pub struct Grid {
     pub stretch_of_cell: Vec<usize>,
     /// First cell after each stretch.
     pub stretch_end_cell: Vec<usize>,
-    /// First cell after each stretch and the following stretches with the same lines and gaps, which are
-    /// equal for free flight.
+    /// First cell after each stretch and after all following stretches with the same lines and gaps. Free
+    /// flight does not distinguish these stretches.
     pub flight_end_cell: Vec<usize>,
     /// Segment of the contact on every stretch.
     pub segment_of_stretch: Vec<usize>,
@@ -86,7 +87,8 @@ fn stretches(model: &Model, contact: usize, cycle: u64) -> Vec<GridSection> {
 }
 
 impl Grid {
-    /// The grid of a contact in a mesh cycle, with the fewest cells that the tolerance allows, or with few lengths.
+    /// The grid of a contact in a mesh cycle. It has the fewest cells that the tolerance allows, or somewhat
+    /// more cells of one length.
     pub fn new(model: &Model, tolerance: f64, contact: usize, cycle: u64) -> Self {
         let period = model.period();
         let stretches = stretches(model, contact, cycle);

@@ -125,7 +125,7 @@ impl Volterra<'_> {
     }
 
     /// Position in the window where an open stop is hit or begins to hold the structure, and the contact that
-    /// closes there. `leaves`: its force has vanished at the start of the window.
+    /// closes there. `leaves` means that the force of the stop has vanished at the start of the window.
     fn hits(
         &self,
         (stop, leaves): (Stop, bool),

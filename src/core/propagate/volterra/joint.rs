@@ -114,7 +114,8 @@ impl JointWindow<'_> {
         }
     }
 
-    /// Writes the forces of slipping sliders: their limits, which are zero for tangents.
+    /// Writes the forces of slipping sliders and of slipping dry friction. They are constant, so those of
+    /// tangents are zero.
     fn set_slips(&self, count: usize, forces: &mut [Row]) {
         for (contact, forces) in self.active.iter().zip(forces.chunks_exact_mut(count)) {
             if let Some(limit) = self.limit(contact) {
@@ -124,7 +125,7 @@ impl JointWindow<'_> {
         }
     }
 
-    /// Force of a slipping slider; `None` for other contacts.
+    /// Force of a slipping slider or of slipping dry friction \[N\]; `None` for other contacts.
     fn limit(&self, contact: usize) -> Option<f64> {
         self.model.contacts[contact].constant_force(&self.segments[contact])
     }
@@ -136,7 +137,7 @@ impl JointWindow<'_> {
             .iter()
             .filter(|contact| self.model.is_constraint(*contact));
         if rests.count() > 1 {
-            // Each of their forces acts on the others at once.
+            // Each of their forces acts on the others without delay.
             return false;
         }
         self.factorise(&mut joint.factors);

@@ -6,7 +6,8 @@ use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
 use crate::model::{Contact, Model, Segment};
 
-/// Relative excess by which a window may exceed its segment: both lengths come from differently rounded ends.
+/// Relative excess of a window's length over its segment that counts as round-off: the ends of both are
+/// rounded differently.
 const ROUNDED_APART: f64 = 1e-9;
 
 /// Ratio of the longest allowed window to existing lengths above which a new length is worth its tables.
@@ -46,8 +47,9 @@ pub fn can_join(model: &Model) -> bool {
     })
 }
 
-/// The longest windows \[s\] that may start in the given segments, one per contact. A window is always solved whole
-/// and may extend beyond a segment, but by less than the segment's length if its schedule is not constant.
+/// The longest windows \[s\] that may start in the given segments, one per contact. A window is always solved
+/// whole and may extend beyond a segment. If stiffness or gap error vary on the segment, the excess is less
+/// than the segment's length.
 fn longest(model: &Model, segments: &[&Segment], tolerance: f64) -> f64 {
     let constant = |segment: &Segment| {
         let [_, bends @ ..] = segment.error.coefficients();
@@ -192,7 +194,8 @@ mod tests {
         assert_eq!(found[1].segments, [1, 1]);
     }
 
-    /// The window length of a short segment is not used elsewhere: a cycle takes as many windows as without it.
+    /// Only a short segment uses its window length: the cycle takes at most twice as many windows as without
+    /// it.
     #[test]
     fn a_short_segment_has_windows_of_its_own() {
         let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);

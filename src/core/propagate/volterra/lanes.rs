@@ -1,10 +1,11 @@
 //! The inner loops, compiled for several instruction sets and chosen at run time.
 //!
-//! Every loop is written once over arrays of lanes ([`window`] for whole windows, [`cut`] for cut ones), for a
-//! trajectory and its tangents together ([`columns`]). With the target features enabled, the compiler turns it into
-//! the machine's vectors. Closures would not inherit the features, so there are none. A call does everything that one
-//! window needs, so the choice of the set costs little. Results differ between instruction sets within rounding
-//! (fused or separate multiply-add), never between runs on one.
+//! Every loop is written once over arrays of lanes ([`window`] for whole windows, [`cut`] for cut ones), for
+//! a trajectory and its tangents together ([`columns`]). With the target features enabled, the compiler turns
+//! it into the machine's vectors. Closures would not inherit the features, so there are none. A call does
+//! everything that one window needs, so the choice of the set costs little. Results differ between
+//! instruction sets within rounding (fused or separate multiply-add). Runs with one instruction set give the
+//! same bits.
 
 mod columns;
 mod crossing;
@@ -171,7 +172,7 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// [`crate::propagate::events::first_crossing`].
+    /// As [`crate::propagate::events::first_crossing`], with the vectors of the set.
     fn first_crossing(
         deflection: &Series,
         noise: f64,

@@ -9,7 +9,8 @@ pub fn fewest_windows(model: &Model, tolerance: f64) -> f64 {
     0.5 * fastest_rate(model) * model.period() / largest_half_argument(tolerance)
 }
 
-/// Whether a closed contact makes the structure faster: constraints and constant forces do not.
+/// Whether a closed contact makes the structure faster. Those of rigid stops and of dry friction do not: they
+/// are constraints or constant forces.
 fn stiffens(release: Release) -> bool {
     !(release.of_stop() || release.of_friction())
 }
@@ -88,7 +89,8 @@ pub fn fastest_structure_rate(model: &Model) -> f64 {
         .fold(open, f64::max)
 }
 
-/// Tolerances below are raised to this one, for windows some hundred times shorter than round-off requires.
+/// Smallest tolerance; smaller ones are raised to it. Its windows are about a hundred times shorter than
+/// round-off requires.
 const SMALLEST_TOLERANCE: f64 = 1e-64;
 
 /// The half argument κ at which the first omitted coefficient, about `(2P+1) κ^P / (2P+1)!!`, reaches the tolerance.

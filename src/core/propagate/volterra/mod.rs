@@ -89,7 +89,7 @@ pub struct Volterra<'m> {
     instructions: InstructionSet,
     /// Contacts that open when their force vanishes.
     never_pull: ActiveSet,
-    /// Contacts with a separate search: states of dry sliders, parts of rigid stops.
+    /// Contacts with a separate search: parts of dry sliders, of rigid stops and of dry friction.
     of_parts: ActiveSet,
     /// The fastest rate of the open structure, its excitation and the mesh cycle \[1/s\].
     fastest: f64,
@@ -155,7 +155,8 @@ impl<'m> Volterra<'m> {
                 .fold(ActiveSet::FREE, ActiveSet::union),
             fastest: length::fastest_of_open(&model).max(TAU / model.period()),
             on_breakpoint: if never_pull.touching() {
-                // At a step of the stiffness, a contact may take load again inside a window of free flight.
+                // A contact that never pulls may take load again at a step of the stiffness, inside a window
+                // of free flight.
                 ON_BREAKPOINT * model.period()
             } else {
                 0.0
@@ -182,8 +183,8 @@ impl<'m> Volterra<'m> {
         grid::cells_needed(model, tolerance)
     }
 
-    /// Numbers of the tables that a full window in contact reads, each for one multiply-add of the trajectory, for
-    /// the first window length.
+    /// Count of the table numbers that a full window in contact reads, for the first window length. Each of
+    /// them costs one multiply-add of the trajectory.
     pub fn numbers_per_window(&self) -> usize {
         self.tables.windows[0].numbers_read()
     }

@@ -63,7 +63,7 @@ pub(super) fn align(
 ) {
     position.time = stop;
     position.aligned = cell;
-    // Stiffness and force step at a breakpoint.
+    // Stiffness and force may jump at a breakpoint.
     position.forceless = ActiveSet::FREE;
     let turned = match track {
         WindowSource::Schedule(schedule, _) => {

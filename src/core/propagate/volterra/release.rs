@@ -232,7 +232,7 @@ impl Volterra<'_> {
     ) -> Option<(f64, ContactCondition)> {
         let beyond = legendre::at_start(&indentation.series) < -indentation.noise;
         if beyond && !position.crossed.holds(contact) {
-            // A step of the line or the gap has freed it.
+            // A jump of the line or of the gap has freed the contact.
             return Some((-1.0, ContactCondition::Elsewhere));
         }
         let contact_data = &self.model.contacts[contact];

@@ -1,8 +1,9 @@
 //! When does dry friction begin to slip, when does it stick, and when does it slip back?
 //!
-//! Slipping ends when the speed of sliding v vanishes. The force λ that would hold the structure then decides: the
-//! element sticks, unless |λ| exceeds the static force F_s. Sticking ends when |λ| reaches F_s. A tangent meets the
-//! event later, by dt. It changes by the force f that the element loses:
+//! Slipping ends when the speed of sliding v vanishes. The force λ that would hold the structure then
+//! decides: the element sticks, unless |λ| exceeds the static force F_s. Sticking ends when |λ| reaches F_s.
+//! A trajectory that differs by the tangent dx reaches the event later, by dt. The force f that the element
+//! loses changes the tangent:
 //!
 //! ```text
 //! dx⁺ = dx − (f⁻ − f⁺) g dt
@@ -170,7 +171,7 @@ impl Volterra<'_> {
         Ok(())
     }
 
-    /// Delay with which every tangent meets the end of a slip \[s\]. The line of the stick then shows `δ''/ρ`.
+    /// Delay of the end of a slip for every tangent \[s\]. `quickening` is `δ''/ρ` there \[N\].
     fn delays(
         &self,
         friction: DryFriction,
@@ -185,7 +186,8 @@ impl Volterra<'_> {
         tangents.map(delay).collect()
     }
 
-    /// Changes tangents by the force that an element loses \[N\] at an event, for their delays.
+    /// Changes every tangent by the force \[N\] that an element loses at an event, times the delay of the
+    /// tangent.
     fn shift(&self, friction: DryFriction, lost: f64, workspace: &mut Workspace) {
         let shifts = std::mem::take(&mut workspace.shifts);
         let tangents = workspace.columns_in_parts().skip(1);
@@ -202,7 +204,7 @@ impl Volterra<'_> {
         (friction.static_force - force).abs() <= sliding.noise[1]
     }
 
-    /// Changes of the force of a stick by all tangents at a position in a window \[N\].
+    /// Change of the force of a stick for every tangent at a position in a window \[N\].
     fn changes_of_force(
         &self,
         friction: DryFriction,

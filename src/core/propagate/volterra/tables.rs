@@ -19,7 +19,7 @@ pub struct VolterraTables {
     pub frequencies: Vec<[f64; 2]>,
     /// Whether all of them repeat after a base period; orders of a shaft may not.
     pub errors_recur: bool,
-    /// Mesh cycles of the contacts.
+    /// Schedules of the mesh cycles of all contacts.
     schedules: Vec<Schedule>,
     /// The schedules of every contact in the mesh cycles of a base period. Equal contacts share them.
     schedules_of_contact: Vec<Vec<usize>>,
@@ -176,7 +176,7 @@ impl VolterraTables {
         }
     }
 
-    /// The schedule of a contact in a mesh cycle, by its number.
+    /// Index of the schedule of a contact in a mesh cycle.
     pub fn course_of(&self, contact: usize, cycle: u64) -> usize {
         let schedules = &self.schedules_of_contact[contact];
         match schedules.len() {
@@ -190,7 +190,7 @@ impl VolterraTables {
         self.most_windows
     }
 
-    /// A schedule.
+    /// The schedule with an index.
     pub fn schedule(&self, number: usize) -> &Schedule {
         &self.schedules[number]
     }
@@ -319,8 +319,8 @@ fn in_chunks(pairs: &[[f64; 2]]) -> Vec<[Lanes; 2]> {
     pairs.chunks(LANES).map(chunk).collect()
 }
 
-/// Angle \[rad\] that a block turns in a mesh cycle, below which it drifts. Its rest position is then so far away
-/// that the difference would lose digits.
+/// A block drifts if it turns by less than this angle \[rad\] in a mesh cycle. Its rest position is so far
+/// away that the difference from it would lose digits.
 const DRIFT: f64 = 0.1;
 
 /// `−A⁻¹ s`: with `A = μ I + M` and `M² = −ν² I`, `A⁻¹ = (μ I − M) / (μ² + ν²)`.

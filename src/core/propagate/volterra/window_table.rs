@@ -29,7 +29,7 @@ pub struct WindowTable {
     pub direction: usize,
     /// Series of every torque ripple's `e^{iωt}` on a full window.
     pub ripple: Vec<[Complex64; TERMS]>,
-    /// What the tables of windows in contact are made from.
+    /// The data from which the tables of windows in contact are computed.
     request: ContactRequest,
     contact: OnceLock<ContactTables>,
 }
@@ -178,7 +178,8 @@ impl WindowTable {
         rows
     }
 
-    /// Torque ripples: their effect on state and δ, without phase. `all` are the rows of R, empty if they are known.
+    /// Effect of the torque ripples on state and δ. The inputs have their phases. `all` are the rows of R, or
+    /// empty if another table has them.
     fn fill_ripple(
         &mut self,
         model: &Model,

@@ -30,7 +30,7 @@ pub struct Workspace {
     pub segments: Vec<Segment>,
     /// Memory for windows with several closed contacts.
     pub joint: JointWorkspace,
-    /// Delay with which every tangent meets the last event of dry friction \[s\].
+    /// Delay of the last event of dry friction for every tangent \[s\].
     pub shifts: Vec<f64>,
     /// Cycle and time of that event.
     pub shifted: (u64, f64),
@@ -103,7 +103,8 @@ impl Workspace {
         )
     }
 
-    /// Data for the move over a cut window, as [`Self::moving`], with the forces of a joint solution.
+    /// Data for the move over a full or cut window: columns, forces, inputs, cut, and memory of a joint
+    /// solution. Without contact there are no forces.
     pub fn cutting(
         &mut self,
         touching: bool,

@@ -23,10 +23,10 @@ const OF_FLANKS: [&str; 13] = [
     "bore",
 ];
 
-/// Keys among these, and the width, that the compliance of a cracked tooth needs.
+/// Keys of [`OF_FLANKS`], and the face width, on which the compliance of a cracked tooth depends.
 const OF_CRACKS: [&str; 4] = ["face_width", "young_modulus", "poisson_ratio", "plane"];
 
-/// Keys with messages about them.
+/// Keys without effect, each with a message about the reason.
 pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, String)> {
     let mut found = Vec::new();
     let varied = |key: &str| job.axes.iter().any(|axis| axis.name() == key);
@@ -41,7 +41,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
             || ["", ".0", ".1"]
                 .iter()
                 .any(|end| varied(&format!("gear.face_offset{end}")));
-        // So do laws of friction and a film of oil.
+        // Laws of friction and a film of oil depend on the width, too.
         let constant = matches!(first.mesh.friction, FrictionSpec::Constant(_));
         let width = (constant && !offset && first.mesh.film.is_none()).then_some("face_width");
         let idle = |key: &&str| !(cracked && OF_CRACKS.contains(key));
@@ -82,7 +82,7 @@ pub(super) fn idle(job: &Job, first: &PointSpec, root: &Node) -> Vec<(String, St
     found
 }
 
-/// The axis of loads that no torque of the modal file answers to.
+/// The axis of load or torque if it has no effect because the modal file has no `torque`.
 fn unloaded(job: &Job, first: &PointSpec) -> Option<(String, String)> {
     let StructureSource::Modal(structure) = &first.model.source else {
         return None;
@@ -95,7 +95,7 @@ fn unloaded(job: &Job, first: &PointSpec) -> Option<(String, String)> {
     idle.then(|| (format!("grid.{}", axis.name()), why.to_owned()))
 }
 
-/// A section at which only flanks have samples, without flanks.
+/// The Poincaré section if only flanks give samples there and the modal file has no mesh.
 fn sections_of_flanks(first: &PointSpec, root: &Node) -> Option<(String, String)> {
     let section = &first.analyses.poincare.as_ref()?.section;
     let of_flanks = !matches!(
@@ -113,7 +113,7 @@ fn given(job: &Job, root: &Node, path: &str) -> bool {
     root.at(path).is_some() || job.axes.iter().any(|axis| axis.name() == path)
 }
 
-/// Keys that `[shafts]` gives for both shafts although each shaft has them.
+/// Keys of `[shafts]` that the tables of both shafts override.
 fn overridden_shafts(job: &Job, root: &Node) -> Vec<(String, String)> {
     let axes = job.axes.iter().map(|axis| axis.name());
     let mut shared: Vec<String> = axes

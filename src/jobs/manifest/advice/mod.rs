@@ -39,7 +39,7 @@ pub struct Advice {
     pub message: String,
 }
 
-/// All advice on a job beside its warnings, at most once per key, in the order of the manifest.
+/// All advice on a job in addition to its warnings, at most once per key, in the order of the manifest.
 pub fn advice(job: &Job) -> Vec<Advice> {
     let text = Text {
         root: job.written().tree(),

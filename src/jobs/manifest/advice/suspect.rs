@@ -45,7 +45,7 @@ const MOST_FRICTION: f64 = 0.5;
 const MOST_PRESSURE: f64 = 4e9;
 /// Upper bound of the nominal root stress \[Pa\]; case-hardened teeth withstand 1e9 in a million cycles, 2.5e9 in one.
 const MOST_ROOT_STRESS: f64 = 3e9;
-/// Form factor times stress correction of a tooth loaded at its tip, ISO 6336-3: 3.5 to 5.
+/// Form factor times stress correction factor of a tooth loaded at its tip, ISO 6336-3: 3.5 to 5.
 const ROOT_FACTOR: f64 = 4.3;
 /// Upper bound of the speed of the pitch circle \[m/s\]; turbo gears reach 200.
 const MOST_PITCH_SPEED: f64 = 300.0;
@@ -98,7 +98,7 @@ impl Words {
     }
 }
 
-/// A largest number of cycles below the first look, at which a point may end.
+/// Advice if `run.cycles` is below the number of measured cycles at which errors are first read.
 fn budget(variant: &Variant, words: &mut Words) {
     let Some(config) = variant.analyses.lyapunov else {
         return;

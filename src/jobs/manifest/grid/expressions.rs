@@ -51,8 +51,8 @@ pub(super) fn read<'t>(issues: &Issues, entry: &'t Entry) -> Option<Pending<'t>>
     }
 }
 
-/// Adds the axes given by expressions, each tied to those it needs. Returns their expressions by name, each after those
-/// that it needs. Names of faulty axes go to `faulty`.
+/// Adds the axes given by expressions; each is tied to the axes in its expression. Returns the expressions by
+/// the name of their axis, each after the axes in it. Adds the names of faulty axes to `faulty`.
 pub(super) fn add(
     issues: &Issues,
     mut pending: Vec<Pending<'_>>,
@@ -89,7 +89,7 @@ pub(super) fn add(
     found
 }
 
-/// The axis of an expression of known axes; it joins their group.
+/// The axis that an expression computes from known axes. It joins their group of tied axes.
 fn axis(
     issues: &Issues,
     derived: &Pending<'_>,

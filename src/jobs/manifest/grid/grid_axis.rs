@@ -44,7 +44,7 @@ impl GridAxis {
         self.dimension
     }
 
-    /// Whether the axis names a model key; otherwise it is load or speed.
+    /// Whether the axis varies a model key; otherwise it is load, torque or speed.
     pub fn is_model_key(&self) -> bool {
         self.axis.key.is_model_key()
     }

@@ -1,5 +1,6 @@
-//! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key. Three kinds of
-//! axes advance in step: those of a list of points, tied axes, and distributions.
+//! `[grid]`: its axes and their values. An axis is `load` or `torque`, `speed` or a quoted model key. Four
+//! kinds of axes advance in step: columns of a list of points, tied axes, distributions, and axes given by
+//! expressions together with the axes in these.
 
 mod axis_key;
 mod expressions;
@@ -119,7 +120,7 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
     let (valid, faulty) = (&mut axes.valid, &mut axes.faulty);
     axes.expressions = expressions::add(root.issues, derived, valid, &mut groups, faulty);
     load_and_torque(&axes.valid, root.issues);
-    // The groups refer to the new indices of their axes.
+    // Sort the axes; the groups then get the new indices of their axes.
     let mut order: Vec<usize> = (0..axes.valid.len()).collect();
     order.sort_by(|&a, &b| {
         axes.valid[a]

@@ -14,7 +14,7 @@ use crate::manifest::tree::Value;
 /// Tables whose keys change the system but not its modes.
 const TABLES_LEAVING_MODES: [&str; 2] = ["mesh.", "excitation."];
 
-/// Whether `[grid]` asks for an order that carries the state, as far as can be determined.
+/// Whether `grid.order` carries the state from point to point. A faulty value counts as carrying it.
 pub(in crate::manifest) fn is_carried(root: &Section) -> bool {
     let order = root.entry("grid").and_then(|grid| grid.node.entry("order"));
     let independent = |value: &Value| matches!(value, Value::Text(word) if word == "independent");

@@ -90,7 +90,7 @@ fn criteria(root: &Section, section: &Section) -> Option<Vec<Criterion>> {
     Some(by)
 }
 
-/// The section for a key about the comparison of some criteria. It has no entries if `by` has none of these.
+/// The section from which `key` is read. It has no entries if no criterion in `by` uses the key.
 fn section_for_criteria<'t>(section: &Section<'t>, key: &str, by: &[Criterion]) -> Section<'t> {
     let (of_numbers, why, remedy) = match key {
         "tolerance" => (
@@ -163,7 +163,7 @@ fn plane(span: Span, issues: &Issues, axes: &[GridAxis]) -> Option<[usize; 2]> {
     fits.then_some(varied)
 }
 
-/// Whether the finest grid is within the limit of points.
+/// Checks that the finest grid has no more points than accepted.
 fn fits(section: &Section, nested: NestedGrid) -> Option<()> {
     let points = |levels: u32| {
         let [rows, columns] = nested

@@ -213,7 +213,7 @@ fn fault(span: Span, path: &str, message: String) -> Diagnostic {
 /// Reads a distribution.
 struct DistributionReader<'a> {
     axis: AxisReader<'a>,
-    /// The axis.
+    /// Name of the axis.
     name: &'a str,
     base_dir: &'a Path,
 }

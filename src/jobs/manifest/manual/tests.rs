@@ -104,7 +104,8 @@ fn help_finds_what_is_meant() {
     assert!(explain("").is_err() && explain("..").is_err());
 }
 
-/// A train in which a key has an effect. The other lists exist, and the first table of each has the required keys.
+/// A manifest of a train in which the key at `path` has an effect. All lists except `path` itself have an
+/// entry with the required keys.
 fn train(path: &str) -> String {
     let list = |of: &str, entries: &str| {
         let name = of.rsplit('.').next().unwrap();
@@ -242,7 +243,7 @@ fn surroundings(path: &str) -> String {
     if path.starts_with("train.") {
         return analyses(&train(path), "");
     }
-    // Keys whose defaults are compared with the absent key.
+    // The lines of these keys are removed: the test compares their defaults with the absent keys.
     let given = ["pressure_angle =", "transient =", "cycles ="];
     let kept = |line: &&str| !given.iter().any(|key| line.starts_with(key));
     let lines: Vec<&str> = QUICKSTART.lines().filter(kept).collect();
@@ -430,7 +431,7 @@ fn faults(text: &str, key: &Key, value: &str) -> Option<String> {
     let name = key.path.rsplit('.').next().unwrap();
     let with = |value: &str| hash(&with(text, key, &format!("{name} = {value}")));
     let (absent, written) = (hash(&self::with(text, key, "")), with(value));
-    // For these keys, the other value would need further keys.
+    // The example values of these keys need further keys.
     let alone = !matches!(
         key.path,
         "analyses.poincare.refine"

@@ -3,7 +3,7 @@
 use crate::manifest::schema::{self, DefaultValue, Key, Kind, Schema};
 use crate::units::Dimension;
 
-/// `length [m]`, `number`.
+/// A dimension and its SI unit in words: `length [m]`; `number` for a ratio.
 fn measure(dimension: Dimension) -> String {
     let name = dimension.name();
     let noun = name.split_once(' ').map_or(name, |(_, noun)| noun);
@@ -76,11 +76,11 @@ pub(super) fn home(key: &Key) -> &'static str {
         key.path.rsplit_once('.')
     };
     let home = parent.map_or("", |(parent, _)| parent);
-    // A modal state is a table in place of a word.
+    // `run.initial` is a word or a table; the keys of this table are listed under `[run]`.
     home.strip_suffix(".initial").unwrap_or(home)
 }
 
-/// A key's name below its table.
+/// The path of a key, relative to its table.
 pub(super) fn name(key: &Key) -> &'static str {
     match home(key) {
         "" => key.path,

@@ -7,8 +7,8 @@ use crate::structure::FlankParticipation;
 /// Keys without an effect if there is no `mesh_coast`.
 const COAST_KEYS: [&str; 3] = ["mesh_tilt_coast", "friction_coast", "friction_lever_coast"];
 
-/// Largest difference of both flanks' deflections in a rigid rotation, as a part of the largest participation: the
-/// error of a file with six digits.
+/// Largest difference of both flanks' deflections in a rigid rotation, as a fraction of the largest
+/// participation: the error of a file with six digits.
 const SAME_ROTATION: f64 = 1e-5;
 
 /// The columns of the coast flanks. The outer `None` is a fault.

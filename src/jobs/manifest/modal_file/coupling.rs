@@ -6,12 +6,13 @@ use crate::manifest::tree::entries;
 use crate::structure::Coupling;
 use crate::units::plural;
 
-/// Largest sum of two entries across the diagonal of a skew matrix, as a part of its largest entry: the error of a file
-/// with six digits.
+/// Largest sum of two entries across the diagonal of a skew-symmetric matrix, as a fraction of its largest
+/// entry: the error of a file with six digits.
 const SKEW_BOUND: f64 = 1e-5;
 
-/// Part of the highest frequency below which the damping of a rigid motion is a projection's error of 0. It would take
-/// years to have an effect. The round-off of a load divided by it would be an arbitrarily high speed.
+/// Fraction of the highest frequency. A smaller entry of the damping matrix for a rigid motion is the
+/// round-off of a projection and counts as 0. Such damping takes years to have an effect. A load that is
+/// round-off, divided by such damping, gives an arbitrarily high speed.
 const NO_DAMPING: f64 = 1e-12;
 
 /// The coupling. The outer `None` is a fault. Matrices that are 0 everywhere couple nothing.
@@ -69,7 +70,7 @@ fn without_round_off(mut matrix: Vec<f64>, frequency: &[f64]) -> Vec<f64> {
     matrix
 }
 
-/// The gyroscopic matrix, made exactly skew.
+/// The gyroscopic matrix, made exactly skew-symmetric.
 fn skew(root: &Section, matrix: Vec<f64>, modes: usize) -> Option<Vec<f64>> {
     let largest = matrix.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let places = (0..modes).flat_map(|i| (0..=i).map(move |j| (i, j)));

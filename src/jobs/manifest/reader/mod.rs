@@ -95,7 +95,7 @@ impl<'t> Section<'t> {
             .unwrap_or_else(|| unreachable!("`{path}` is read but not in the schema"))
     }
 
-    /// The header of a table as shown to the user.
+    /// The name of the table in messages.
     fn title(&self) -> String {
         if self.path.is_empty() {
             "the file".to_owned()
@@ -157,7 +157,7 @@ impl<'t> Section<'t> {
         child
     }
 
-    /// A table as a value.
+    /// The section of a node; `None` if the node is not a table.
     fn of_node(&self, node: &'t Node, path: String) -> Option<Self> {
         match &node.value {
             Value::Table(entries) => Some(Self {
@@ -358,7 +358,7 @@ impl<'t> Section<'t> {
         })
     }
 
-    /// This table with another list of faults.
+    /// This table, with faults recorded in another list.
     pub fn recording_in<'s>(&self, issues: &'s Issues) -> Section<'s>
     where
         't: 's,
@@ -382,8 +382,8 @@ impl<'t> Section<'t> {
         if effective { self.clone() } else { self.bare() }
     }
 
-    /// Warns of keys without effect because of another choice, with the reason. The caller must not read them: they may
-    /// hold anything.
+    /// Warns of keys without effect because of another choice, with the reason. The caller must not read
+    /// them: they may have any value.
     pub fn without_effect(&self, names: &[&str], why: &str, remedy: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);
@@ -395,7 +395,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// Records keys that repeat another key: which of the two is meant is unknown. `what` ends the sentence "both ...".
+    /// Records keys that give the same quantity as the key `other`. `what` ends the sentence "both ...".
     pub fn given_twice(&self, names: &[&str], other: &str, what: &str) {
         for entry in names.iter().filter_map(|name| self.entry(name)) {
             let path = self.path_of(&entry.key);

@@ -5,7 +5,7 @@ use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Node, Value};
 use crate::units::{self, Dimension, QuantityError};
 
-/// A value with its path and the schema's entry of its key. Its readers record faults.
+/// A value with its path and the schema's entry of its key. Its methods read the value and record faults.
 #[derive(Clone, Copy)]
 pub(in crate::manifest) struct Given<'a> {
     pub issues: &'a Issues,
@@ -20,7 +20,7 @@ impl<'a> Given<'a> {
         fault.accepted(self.spec.accepted())
     }
 
-    /// Records a value of another type than in the schema; there is no value.
+    /// Records a value of the wrong type, and returns `None`.
     pub fn wrong_type<T>(self) -> Option<T> {
         let wanted = match self.spec.kind {
             Kind::Quantity(dimension) => dimension.name(),
@@ -49,7 +49,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    /// A quantity without its range, in SI.
+    /// A quantity in SI of any size.
     pub fn quantity_unbounded(self, dimension: Dimension) -> Option<f64> {
         match &self.node.value {
             Value::Float(value) | Value::Sample(value, _) => Some(*value + 0.0),
@@ -62,7 +62,7 @@ impl<'a> Given<'a> {
         }
     }
 
-    /// A quantity in its range, in SI.
+    /// A quantity in SI. Records a value outside the range of its key.
     pub fn quantity(self) -> Option<f64> {
         let (Kind::Quantity(dimension) | Kind::Axis(dimension)) = self.spec.kind else {
             let path = self.path;
@@ -72,7 +72,7 @@ impl<'a> Given<'a> {
         self.in_range(value, dimension)
     }
 
-    /// The value if it is in the key's range.
+    /// The value if it is in the key's range; otherwise records it.
     pub fn in_range(self, value: f64, dimension: Dimension) -> Option<f64> {
         let Self { path, spec, .. } = self;
         if spec.bounds.contain(value) {
@@ -100,7 +100,7 @@ impl<'a> Given<'a> {
         fault.fail(self.issues)
     }
 
-    /// Records text that is not a quantity of the expected dimension; there is no value.
+    /// Records a text that is not a quantity of the expected dimension, and returns `None`.
     pub fn wrong_unit<T>(self, dimension: Dimension, error: &QuantityError) -> Option<T> {
         let message = format!("`{}`: {error}", self.path);
         let mut fault = self
@@ -157,7 +157,7 @@ impl<'a> Given<'a> {
         choice.copied().or_else(|| self.not_a_choice(text, choices))
     }
 
-    /// Records a text that is not one of some words; there is no value.
+    /// Records a text that is not one of some words, and returns `None`.
     pub fn not_a_choice<T>(self, text: &str, choices: &[&str]) -> Option<T> {
         let message = format!("`{}` cannot be \"{text}\"", self.path);
         self.fault(DiagnosticKind::OutOfRange, message)

@@ -38,7 +38,7 @@ pub(in crate::manifest) enum OtherTables {
     FurtherMesh,
 }
 
-/// Tables that may have keys of another table, that table, and which of its keys.
+/// Each entry has a table, another table whose keys it may have, too, and the group of these keys.
 pub(in crate::manifest) const SHARED: [(&str, &str, OtherTables); 4] = [
     ("shafts.<shaft>", "shafts", OtherTables::EitherShaft),
     ("train.shaft.*.gears.*", "gear", OtherTables::OneGear),
@@ -105,7 +105,7 @@ pub(super) const NON_NEGATIVE: Bounds = bounds(0.0, false, INF, true);
 /// Damping ratios: the kernels take underdamped and undamped modes only.
 pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
 
-/// Counts that only memory and time limit; the bound catches typing errors.
+/// Upper bound of counts that only memory and time limit. It catches typing errors.
 pub(super) const LARGEST_COUNT: f64 = 1e9;
 
 /// Tables whose keys can be axes of the grid.

@@ -31,7 +31,7 @@ pub(in crate::manifest) fn number(value: f64) -> String {
     }
 }
 
-/// The schema's form of a path: indices become `*`, either shaft `<shaft>`.
+/// The schema's form of a path: indices become `*`, `pinion` and `wheel` in `[shafts]` become `<shaft>`.
 fn pattern(path: &str) -> String {
     let mut out = String::with_capacity(path.len() + 4);
     for (i, segment) in path.split('.').enumerate() {

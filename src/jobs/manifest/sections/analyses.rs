@@ -1,4 +1,4 @@
-//! `[analyses]`: one table per analysis; an absent table means that it is not computed.
+//! `[analyses]`: one table per analysis. An analysis without a table is not computed.
 
 use super::{covariant, orbits, poincare, slice};
 use crate::analysis::{
@@ -139,7 +139,7 @@ fn lyapunov(
     })
 }
 
-/// The life of chaos that must be detectable, if any: the budget must have at least three times as many cycles.
+/// The mean life of chaos to be shown, if any. `run.cycles` must be at least three times as large.
 fn lifetime(table: &Section, run: Option<&RunSpec>) -> Option<Option<u64>> {
     if !table.has("lifetime") {
         return Some(None);
@@ -160,7 +160,7 @@ fn lifetime(table: &Section, run: Option<&RunSpec>) -> Option<Option<u64>> {
     Some(Some(lifetime))
 }
 
-/// An optional stop rule.
+/// The standard error at which measuring stops, if it is given.
 fn stop_at_stderr(table: &Section) -> Option<Option<f64>> {
     table.if_given("stop_at_stderr", Section::quantity)
 }

@@ -65,7 +65,8 @@ pub(super) fn read(section: &Section, mesh_context: MeshContext<'_>) -> Option<f
     }
 }
 
-/// The drawing with `mesh.half_gap` by thinning, if it has backlash. Faults of the key are reported by [`read`].
+/// The drawing with its thinning changed to give `mesh.half_gap`, if the drawing has backlash. [`read`]
+/// reports faults of the key.
 pub(super) fn thinned(section: &Section, gears: GearPair) -> GearPair {
     let drawn = gears.drawn_half_gap().ok().flatten();
     let given = section
@@ -121,7 +122,8 @@ fn contradiction(section: &Section, key: &str, half_gap: f64, [drawn, normal]: [
         .report(section.issues);
 }
 
-/// Checks that teeth can have the half gap; usually a wrong one is in metres instead of microns.
+/// Checks that the teeth have room for the half gap. A half gap that is too large is usually given in metres
+/// instead of microns.
 pub(super) fn check_scale(
     section: &Section,
     mesh_context: MeshContext<'_>,

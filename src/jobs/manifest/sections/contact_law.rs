@@ -18,7 +18,7 @@ pub(super) fn constant(table: &Section) -> Option<ContactLaw> {
     })
 }
 
-/// A contact with a separate cycle.
+/// A contact whose stiffness and error vary over a cycle, which may differ from the mesh cycle.
 pub(in crate::manifest) fn cyclic(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
     let divisions = stiffness(table);
     let law = properties_except_stiffness(table, gap);
@@ -26,7 +26,7 @@ pub(in crate::manifest) fn cyclic(table: &Section, gap: Option<f64>) -> Option<C
     Some(ContactLaw { stiffness, ..law? })
 }
 
-/// A rigid stop with a separate cycle: its law without a stiffness, and its coefficient of restitution.
+/// A rigid stop: its law without a stiffness, and its coefficient of restitution.
 pub(in crate::manifest) fn rigid(table: &Section, gap: Option<f64>) -> Option<(ContactLaw, f64)> {
     let others = ["stiffness", "levels", "stiffness_harmonics", "damping"];
     let what = "say how the contact returns a motion";
@@ -36,7 +36,7 @@ pub(in crate::manifest) fn rigid(table: &Section, gap: Option<f64>) -> Option<(C
     Some((law?, restitution?))
 }
 
-/// The other properties of a contact with a separate cycle, except stiffness and gap.
+/// The law of a contact without its stiffness: `gap`, damping, phase and error.
 pub(super) fn properties_except_stiffness(table: &Section, gap: Option<f64>) -> Option<ContactLaw> {
     let damping = table.quantity("damping");
     let phase = if table.has("phase") { table.quantity("phase") } else { Some(0.0) };
@@ -51,7 +51,8 @@ pub(super) fn properties_except_stiffness(table: &Section, gap: Option<f64>) -> 
     })
 }
 
-/// A single stiffness, one per part of the contact's cycle, or a mean with harmonics whose sum stays positive.
+/// The stiffness of a contact: one value, one value per equal part of its cycle, or a mean with harmonics.
+/// With harmonics, the stiffness must stay positive.
 pub(super) fn stiffness(table: &Section) -> Option<Vec<Division>> {
     if table.has("levels") {
         let others = ["stiffness", "stiffness_harmonics"];

@@ -21,7 +21,7 @@ pub(in crate::manifest) fn read(
     let Some(section) = root.child("continuation")? else {
         return Some(None);
     };
-    // Other commands compute one point of a manifest whose orbits can be followed.
+    // A manifest with one value of this axis remains valid for other commands.
     if let Some(name) = single_valued(&section, axes) {
         root.without_effect(
             &["continuation"],

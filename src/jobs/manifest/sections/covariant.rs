@@ -36,7 +36,7 @@ pub(super) fn read(table: &Section, model: Option<&ModelSpec>) -> Option<Covaria
     Some(config)
 }
 
-/// Reports a request for more exponents than the model has; `None` if so.
+/// Checks that the model has as many exponents as requested. Reports if not.
 pub(super) fn check_exponents(
     table: &Section,
     key: &str,

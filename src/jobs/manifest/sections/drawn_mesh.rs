@@ -123,7 +123,7 @@ pub(super) fn of_drawing(
             "load_dependent" => Contact::Secant,
             _ => Contact::Linear,
         },
-        // Springs of pairs belong to separate slices.
+        // Springs of pairs are not coupled along the face.
         face: if pairs.is_some() { FaceLaw::Independent } else { face },
     }))
 }

@@ -102,8 +102,9 @@ fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
     }
 }
 
-/// Errors that rotate with the two gears of a mesh, as orders of their shafts. The word `key` names one of the gears
-/// `names`. `teeth` has the known numbers of teeth; `None` if faults of the gears have already been reported.
+/// Errors that rotate with the two gears of a mesh, as orders of their shafts. In the manifest, the key `key`
+/// names the gear by one of `names`. `teeth` has the known numbers of teeth; `None` if faults of the gears
+/// have already been reported.
 pub(super) fn errors_of_gears(
     section: &Section,
     (key, names): (&str, [&str; 2]),
@@ -131,7 +132,7 @@ pub(super) fn errors_of_gears(
     whole.then(|| [orders, all].concat())
 }
 
-/// An order of a gear.
+/// The error of a gear at one order of its shaft.
 fn order(
     table: &Section,
     (key, names): (&str, [&str; 2]),
@@ -174,8 +175,8 @@ fn unknown_teeth(table: &Section, key: &str) {
         .report(table.issues);
 }
 
-/// The orders of a shaft whose sum has the values of the teeth, minus their mean, in sequence: tooth n at the start of
-/// mesh cycle n.
+/// The orders of a shaft whose sum has the values of the teeth minus their mean: the value of tooth n at the
+/// start of mesh cycle n.
 fn orders_of_teeth(values: &[f64]) -> Vec<MeshHarmonic> {
     let teeth = values.len();
     (1..=teeth / 2)
@@ -215,7 +216,8 @@ fn ripple(table: &Section, source: Option<&StructureSource>) -> Option<TorqueRip
 mod tests {
     use super::*;
 
-    /// The orders of a shaft have the values of its teeth minus their mean, for even and odd numbers of teeth.
+    /// The sum of the orders of a shaft has the values of its teeth minus their mean, for even and odd
+    /// numbers of teeth.
     #[test]
     fn orders_take_the_values_of_the_teeth() {
         for teeth in [1_u32, 2, 7, 20] {

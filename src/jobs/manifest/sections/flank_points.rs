@@ -7,7 +7,8 @@ use crate::manifest::reader::Section;
 use crate::manifest::schema::draws_one_gear;
 use crate::numerics::point_course::PointCourse;
 
-/// The profiles of both gears over their roll lengths, which the drawing computes from diameters.
+/// The profiles of both gears over their roll lengths. Positions may be given as diameters, which the drawing
+/// converts to roll lengths.
 pub(super) fn profiles(section: &Section, pair: Option<&GearPair>) -> Option<[PointCourse; 2]> {
     courses(section, "profile_points", |table, gear| {
         match [table.has("roll_length"), table.has("diameter")] {

@@ -54,7 +54,7 @@ pub(super) fn sliding(
     shared_as_long(section, drawn, by_law.then_some(stiffness)).map(Some)
 }
 
-/// Load sharing by two pairs during the part of the cycle that a two-level law gives.
+/// The load sharing `drawn`, with the contact ratio of the two-level law if the stiffness follows this law.
 pub(super) fn shared_as_long(
     section: &Section,
     drawn: EvenSharing,

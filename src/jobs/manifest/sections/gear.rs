@@ -53,7 +53,7 @@ pub(super) fn read(section: &Section) -> Option<GearPair> {
     Some(pair)
 }
 
-/// The optional keys; a drawing without any is the default form.
+/// The tooth form that the optional keys give; without any, it is the default form.
 fn form(section: &Section, body_length: Option<[f64; 2]>) -> Option<ToothForm> {
     let profile_shift = section.pair("profile_shift");
     let thinning = section.one_or_pair("thinning");
@@ -271,8 +271,8 @@ fn modification(section: &Section, keys: [&str; 2]) -> Option<[Modification; 2]>
     }))
 }
 
-/// Checks a drawing: it must be a pair that runs if it has optional keys. Warns of undercut teeth in a pair that runs.
-/// Bodies are checked where their compliance is needed.
+/// Checks that a drawing with optional keys is a pair of gears that can run. Warns of undercut teeth in such
+/// a pair. Bodies are checked where their compliance is needed.
 fn check(section: &Section, pair: &GearPair) -> Option<()> {
     let plain = ToothForm {
         body: pair.form.body,
@@ -327,7 +327,7 @@ fn check(section: &Section, pair: &GearPair) -> Option<()> {
         .fail(section.issues)
 }
 
-/// Undercut below the contact does not change the load, but weakens the root.
+/// Warns of undercut below the contact. It does not change the load, but weakens the root.
 fn warn_of_undercut(
     section: &Section,
     gear: usize,

@@ -46,7 +46,7 @@ pub(super) fn has_effect(kind: DriveKind, key: &str) -> bool {
     })
 }
 
-/// Records axes without effect.
+/// Warns of axes without effect.
 pub(super) fn check_axes(root: &Section, kind: DriveKind) {
     let axes = root.entry("grid").map(|grid| &grid.node.value);
     let (Some(Value::Table(axes)), Some(name)) = (axes, kind.name()) else {

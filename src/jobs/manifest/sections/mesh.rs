@@ -17,8 +17,8 @@ use std::sync::Arc;
 /// Keys of the two-level law.
 const LAW: [&str; 3] = ["contact_ratio", "single_pair_drop", "segments"];
 
-/// A transition this close to a segment's border, in segments, lies on it: the difference is round-off in
-/// `contact_ratio − 1`.
+/// Distance between a transition and the border of a segment, in segments, below which they coincide: the
+/// round-off in `contact_ratio − 1`.
 const ON_BORDER: f64 = 1e-9;
 
 /// Keys that only have a meaning with a mesh table.
@@ -98,7 +98,7 @@ pub(super) fn read(section: &Section, mesh_context: MeshContext<'_>) -> Option<M
     })
 }
 
-/// Warns of the keys of a piecewise stiffness.
+/// Warns of the keys of a piecewise stiffness, which have no effect with another law.
 fn warn_of_piecewise_keys(section: &Section, law: &str) {
     let others = [LAW.as_slice(), &["values"]].concat();
     let why = format!("with stiffness = \"{law}\"");
@@ -172,7 +172,7 @@ fn levels(mean: f64, contact_ratio: f64, drop: f64) -> TwoLevels {
     }
 }
 
-/// The border of a segment at this position, in segments, if it lies on one.
+/// The border between segments at this position, if there is one. Positions count in segments.
 fn on_border(place: f64) -> Option<f64> {
     let border = place.round();
     ((place - border).abs() < ON_BORDER).then_some(border)

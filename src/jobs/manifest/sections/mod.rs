@@ -70,7 +70,7 @@ fn share<T: PartialEq>(target: &mut Arc<T>, other: &Arc<T>) {
     }
 }
 
-/// State beyond one pass over the tree, so that the points of a grid share it.
+/// Data that the resolution of every combination of the grid uses, such as files that were read.
 #[derive(Debug)]
 pub(super) struct Context<'a> {
     /// Start of relative paths in the manifest.
@@ -81,7 +81,8 @@ pub(super) struct Context<'a> {
     pub housings: HashMap<PathBuf, Option<Arc<Housing>>>,
     /// Files of torque curves, in the same way: angles \[rad\] and torques \[N m\].
     pub torque_curves: HashMap<PathBuf, Option<Vec<[f64; 2]>>>,
-    /// Whether an axis or a command gives `mesh.half_gap`, which then thins the teeth of a drawing with backlash.
+    /// Whether an axis of the grid or a changed parameter gives `mesh.half_gap`. The thinning of a drawing
+    /// with backlash then changes to give it.
     pub half_gap_varies: bool,
     /// The last drive, which points of the same structure share.
     pub last_drive: Option<StructureSource>,

@@ -17,7 +17,7 @@ const DEFAULT_MODES: usize = 40;
 
 /// Every drive has two rigid rotations: the neutral one and the relative one.
 const RIGID_MODES: usize = 2;
-/// Degrees of freedom of a node, times two shafts.
+/// Degrees of freedom of a node (six), times two shafts.
 const FREEDOMS_PER_STATION: usize = 12;
 
 pub(super) fn read(root: &Section, context: &mut Context) -> Option<ModelSpec> {
@@ -222,8 +222,8 @@ pub(super) fn gears_for_modal_file(root: &Section, mesh: &Section) -> Option<Gea
         .and_then(|section| gear::read(&section))
 }
 
-/// Whether there is a drawing that is used. If it gives no gears, it has faults, which have been reported. A `sound`
-/// train without a drawing has bevel gears.
+/// Whether the mesh uses a drawing. A drawing that gives no gears has faults, which have been reported. A
+/// `sound` train without a drawing has bevel gears.
 pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     let in_train = root.has("train") && !sound;
     if is_kind(root, "train") {

@@ -71,7 +71,7 @@ fn section(table: &Section, retained: Option<usize>) -> Option<PoincareSection> 
     })
 }
 
-/// Absent coefficients are 0, but at least one must not be.
+/// Coefficients that are not given are 0. At least one coefficient must differ from 0.
 fn surface(table: &Section, retained: Option<usize>) -> Option<Surface> {
     let coefficients = |name: &str| {
         if table.has(name) {

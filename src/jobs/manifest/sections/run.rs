@@ -60,7 +60,7 @@ fn default_cycles(root: &Section) -> u64 {
     }
 }
 
-/// Whether `instructions` requests those of every processor instead of those of this one.
+/// Whether `instructions` requests only the instructions that every processor has.
 fn portable(section: &Section, kernel: Option<&KernelSetting>) -> Option<bool> {
     let portable = section.choice("instructions")? == "portable";
     if let Some(KernelSetting::Named(kernel)) = kernel

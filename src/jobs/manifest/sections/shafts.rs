@@ -191,7 +191,7 @@ impl<'t> LayeredTable<'t> {
         }))
     }
 
-    /// The layer with a key.
+    /// The table from which a key is read: that of one shaft if it has the key, otherwise the shared one.
     fn of(&self, key: &str) -> &Section<'t> {
         match &self.override_table {
             Some(override_table) if override_table.has(key) => override_table,

@@ -13,7 +13,7 @@ pub(super) type Excluded<'a> = (
     &'a str,
 );
 
-/// The kernels that integrate no part of a model except its flanks.
+/// Excludes the kernels that do not support such a part: `closed_modes` and `stepping`.
 pub(super) const fn excluded_kernel<'a>(why: &'a str, remedy: &'a str) -> Excluded<'a> {
     ("run", "kernel", &["closed_modes", "stepping"], why, remedy)
 }
@@ -85,7 +85,7 @@ pub(super) fn check(root: &Section, model: Option<&ModelSpec>) {
     }
 }
 
-/// Reports the given ones among excluded keys.
+/// Reports every excluded key that the manifest has.
 pub(super) fn exclude(root: &Section, keys: &[Excluded<'_>], label: &str) {
     for &(table, key, values, why, remedy) in keys {
         let Some(section) = root.child(table).flatten() else {

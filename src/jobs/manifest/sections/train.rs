@@ -1,4 +1,4 @@
-//! `[train]`: finds the names in it; other files read its parts.
+//! `[train]`: joins the parts of a train, which the files in this folder read.
 
 mod housing;
 mod hubs;
@@ -77,7 +77,7 @@ pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDriv
     train.pair = parts.drawing(section, &train, gears, "gears")?.0;
     train.bearing_load = bearing_load(section, &train)?;
     train.meshes = joints::meshes(section, &parts, &train)?;
-    // The layout checks all parts together, in little time.
+    // This checks all parts together and takes little time.
     if let Err(error) = train.check().and_then(|()| train.invert_backward_helices()) {
         let fault = match error {
             TrainError::TooFine { place, .. } => too_fine(&tables, &train, place, &error),

@@ -27,6 +27,6 @@ pub struct ContinuationSpec {
     pub branches: usize,
     /// Largest step along a branch, as a fraction of the axis's length.
     pub step: f64,
-    /// Initial states.
+    /// Given states near orbits, from which branches start.
     pub states: Vec<GivenState>,
 }

@@ -19,7 +19,7 @@ pub struct Refine {
 }
 
 impl Refine {
-    /// `class, period`.
+    /// The names of the criteria, such as `class, period`.
     pub fn by_words(&self) -> String {
         let names: Vec<&str> = self.by.iter().map(|criterion| criterion.name()).collect();
         names.join(", ")

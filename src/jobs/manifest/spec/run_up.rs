@@ -19,7 +19,7 @@ pub struct RunUpSpec {
     pub revolutions: u32,
     /// Orders of the pinion's rotation; `None` for the first orders of the mesh.
     pub orders: Option<Vec<f64>>,
-    /// Distance of lines of the spectrogram \[Hz\].
+    /// Distance between lines of the spectrogram \[Hz\].
     pub frequency_step: u32,
     /// The recorded signals.
     pub signals: Signals,
@@ -28,7 +28,7 @@ pub struct RunUpSpec {
 /// The load of a run-up.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunUpLoad {
-    /// Values.
+    /// The values over time or speed.
     pub law: LoadLaw,
     /// Whether the values are torques on the pinion \[N m\] instead of fractions of the rated load.
     pub is_torque: bool,

@@ -51,12 +51,12 @@ impl CycleTask {
 /// A point in a lane.
 #[derive(Debug)]
 struct Lane {
-    /// Who asked for the cycle.
+    /// The member of the group that asked for the cycle.
     member: usize,
     task: Box<CycleTask>,
     set: usize,
     active: ActiveSet,
-    /// State of each contact if it is closed.
+    /// State that each contact has if it is closed.
     closed: [usize; MOST_CONTACTS],
     next_breakpoint: usize,
     /// Time of the cycle up to which the system is valid \[s\].
@@ -97,14 +97,14 @@ impl Batch {
             .fold(0, |mask, (i, lane)| mask | u32::from(lane.is_some()) << i)
     }
 
-    /// The free lane of a point: its last one, if this is free.
+    /// A free lane for a point: its last lane if that is free, because its tables are loaded there.
     fn free(&self, tables: &Arc<PointTables>) -> Option<usize> {
         let is_last = |lane: &usize| is_of(&self.points[*lane], tables);
         let mut free = (0..LANES).filter(|lane| self.lanes[*lane].is_none());
         free.clone().find(is_last).or_else(|| free.next())
     }
 
-    /// Begins a cycle in a free lane. Returns the task if there is none.
+    /// Begins a cycle in a free lane. Returns the task if no lane is free.
     pub fn begin(&mut self, member: usize, mut task: Box<CycleTask>) -> Option<Box<CycleTask>> {
         let Some(index) = self.free(&task.tables) else {
             return Some(task);
@@ -205,7 +205,7 @@ fn lanes_of(mut mask: u32) -> impl Iterator<Item = usize> {
 }
 
 impl Lane {
-    /// Loads the tables of its system. `crossed` has just opened or closed.
+    /// Loads the tables of the lane's system. The contact `crossed` has just opened or closed.
     fn enter(&self, numbers: &mut LaneNumbers, index: usize, crossed: Option<usize>) {
         let system = &self.task.tables.systems[self.set];
         if numbers.sets[index] != Some(self.set) {
@@ -220,7 +220,8 @@ impl Lane {
         }
     }
 
-    /// It has moved to the end of a step, to a breakpoint or to the end of its cycle. Returns whether its cycle goes on.
+    /// Continues after a move to the end of a step, to a breakpoint or to the end of the cycle. Returns
+    /// whether the cycle goes on.
     fn arrive(&mut self, numbers: &mut LaneNumbers, index: usize) -> bool {
         if numbers.left.0[index] > ROUNDING * numbers.step.0[index] {
             for crossed in &mut numbers.crossed {
@@ -265,7 +266,7 @@ impl Lane {
         task.done = true;
     }
 
-    /// A contact opens or closes. Returns whether the cycle goes on.
+    /// Applies an event: a contact opens or closes. Returns whether the cycle goes on.
     fn meet(&mut self, numbers: &mut LaneNumbers, index: usize, watched: usize) -> bool {
         let tables = &*self.task.tables;
         let of = tables.systems[self.set].watched[watched];

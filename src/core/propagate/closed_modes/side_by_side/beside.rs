@@ -1,4 +1,4 @@
-//! Kernels and maps over items that use the lanes if they can.
+//! Kernels, and maps over items, that integrate several points at once if they can.
 
 use super::batch::CycleTask;
 use super::group::{Seat, work_side_by_side};
@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
 use std::sync::Arc;
 
-/// A kernel that integrates the cycles of a point beside those of other points, if it can.
+/// A kernel that integrates a point's cycles together with those of other points, if it can.
 pub struct SideBySide<'a, K> {
     kernel: &'a K,
     seat: Option<&'a Seat<'a>>,
@@ -23,7 +23,8 @@ pub struct Workspace<W> {
 }
 
 impl<'a, K: Kernel> SideBySide<'a, K> {
-    /// A kernel for work on one of the stacks of [`work_side_by_side`], or without a seat for work alone.
+    /// A kernel for work on one of the stacks of [`work_side_by_side`]. Without a seat, it integrates every
+    /// cycle alone.
     pub fn new(kernel: &'a K, seat: Option<&'a Seat<'a>>) -> Self {
         Self { kernel, seat }
     }
@@ -81,7 +82,7 @@ impl<K: Kernel> Kernel for SideBySide<'_, K> {
     }
 }
 
-/// Smallest number of items that share a group of stacks.
+/// Smallest number of items in a group, which one call of [`work_side_by_side`] processes.
 const FEWEST_ITEMS: usize = 16;
 
 /// Groups per thread, so that threads end at about the same time.

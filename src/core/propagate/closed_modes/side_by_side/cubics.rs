@@ -29,7 +29,8 @@ pub fn parts<V: Vector>([a, b, c, d]: Cubic<V>, at: V) -> [Cubic<V>; 2] {
     [[a, p, s, u], [u, t, r, d]]
 }
 
-/// Lanes in which cubics with errors are certain to be positive. `crossed` ones start at zero, with other errors.
+/// Lanes in which cubics with errors are certain to be positive. Cubics in the lanes `crossed` start at zero.
+/// Their error, divided by the position in the step, is at most `scaled`.
 #[inline(always)]
 pub fn is_clear<V: Vector>(&[a, b, c, d]: &Cubic<V>, crossed: u32, error: V, scaled: V) -> u32 {
     let error = scaled.chosen(crossed, error);

@@ -9,10 +9,10 @@ use corosensei::{CoroutineResult, ScopedCoroutine, ScopedCoroutineRef, Yielder};
 /// Size of a stack \[bytes\]; memory is taken as it is used.
 const STACK: usize = 2 << 20;
 
-/// What a member asks for: a cycle, or a pause.
+/// The request of a member: a cycle, or `None` for a pause.
 type Question = Option<Box<CycleTask>>;
 
-/// The integrated cycle, or the end of the pause.
+/// The answer to a member: its integrated cycle, or `None` after a pause.
 type Answer = Option<Box<CycleTask>>;
 
 type Member<'a> = ScopedCoroutine<'a, Answer, Question, ()>;
@@ -23,7 +23,7 @@ type MemberRef<'a> = ScopedCoroutineRef<'a, Answer, Question, (), DefaultStack>;
 pub struct Seat<'a>(&'a Yielder<Answer, Question>);
 
 impl Seat<'_> {
-    /// Has a cycle integrated in a lane. Other members work meanwhile.
+    /// Lets a lane integrate a cycle. Other members work meanwhile.
     pub(super) fn integrate(&self, task: Box<CycleTask>) -> Box<CycleTask> {
         let mut question = Some(task);
         loop {
@@ -51,12 +51,12 @@ enum State {
     Ended,
 }
 
-/// Rounds of the lanes between two questions to members that pause.
+/// Number of rounds of the lanes after which paused members are resumed.
 const PATIENCE: u32 = 1000;
 
 /// Does the same work on eight stacks in this thread, each with a [`Seat`]. `pause` waits if all members pause.
 ///
-/// Work that waits for other members by other means than its seat never ends.
+/// Work that waits for another member without its seat never ends.
 ///
 /// Returns whether the system has memory for a stack. Otherwise no work has been done.
 pub fn work_side_by_side(work: &dyn Fn(&Seat<'_>), pause: &dyn Fn()) -> bool {

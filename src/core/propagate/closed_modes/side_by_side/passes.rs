@@ -11,7 +11,7 @@ use super::cubics::{Cubic, FROM_ZERO, falls, guess, is_clear, parts};
 use super::tables::{MOST_FREQUENCIES, MOST_LENGTH, MOST_MODES, MOST_WATCHED, PointTables, Shape};
 use crate::propagate::vectors::{InstructionSet, LANES, Lanes, Vector, for_each_set};
 
-/// Terms of the series over half a step.
+/// Terms of the Taylor series over half a step.
 const TERMS: usize = 15;
 
 /// Largest number of Newton's steps.
@@ -125,7 +125,7 @@ struct Moves<V> {
     lanes: u32,
     /// Lanes that move to a root of a margin.
     roots: u32,
-    /// Their ends \[s\]: guesses of the roots.
+    /// Times \[s\] to which the lanes move, from the start of the step; guesses of roots.
     time: V,
     /// Largest times \[s\].
     most: V,
@@ -141,7 +141,7 @@ for_each_set! {
     fn margins(of: &mut LaneNumbers, lanes: u32) = margins_body
 }
 
-/// Calls a function for the numbers of modes and of frequencies of a shape.
+/// Calls a function with the numbers of modes and frequencies of a shape as constants.
 macro_rules! for_shape {
     ($shape:expr, $function:ident($($argument:expr),*)) => {
         match ($shape.modes, $shape.frequencies) {

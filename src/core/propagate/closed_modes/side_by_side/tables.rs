@@ -1,5 +1,5 @@
-//! What do lanes need of a point? The motion of each system over a step, its generator, and the margins of the contacts
-//! that may open or close.
+//! What does a lane need to know about a point? The motion of each system over a step, its generator, and the
+//! margins of the contacts that may open or close.
 //!
 //! The state of a lane is the modal state and the inputs, `z = (x, 1, cos θ, sin θ, …)`, with `z' = A z`. Changes of the
 //! system change A, not z.
@@ -12,7 +12,7 @@ use crate::propagate::events::{Margin, ROUND_OFF};
 use crate::propagate::farthest;
 use num_complex::Complex64;
 
-/// Largest number of modes. More modes fill the lanes of one point as well.
+/// Largest number of modes. With more modes, one point alone fills the lanes well enough.
 pub const MOST_MODES: usize = 3;
 
 /// Largest number of frequencies of the excitation.
@@ -27,7 +27,7 @@ pub const MOST_WATCHED: usize = 4;
 /// Largest length of z.
 pub const MOST_LENGTH: usize = 2 * MOST_MODES + 1 + 2 * MOST_FREQUENCIES;
 
-/// Angle in rad by which the fastest wave turns in a step.
+/// Largest angle \[rad\] by which the fastest wave turns in a step.
 const ANGLE: f64 = 0.9;
 
 /// Terms of the exponential of a step, and of bounds over a step.
@@ -118,7 +118,7 @@ pub struct PointTables {
     pub turns: Vec<[f64; 3]>,
     /// The breakpoints of each mesh cycle of a base period.
     pub breakpoints: Vec<Vec<CycleBreakpoint>>,
-    /// State of each closed contact at the start of each of these cycles.
+    /// State that each contact has if it is closed, at the start of each of these cycles.
     pub starts: Vec<Vec<usize>>,
     /// Step \[s\].
     pub step: f64,
@@ -131,7 +131,8 @@ pub struct PointTables {
 }
 
 impl PointTables {
-    /// The tables of a kernel's point; `None` if its model is too large for lanes or a line of action turns.
+    /// The tables of a kernel's point. `None` if its model is too large for lanes, or if a contact changes
+    /// its line.
     pub fn new(kernel: &ClosedModes<'_>) -> Option<Self> {
         let model = kernel.model;
         let turns = (kernel.breakpoints.iter().flatten()).any(|breakpoint| breakpoint.turns);
@@ -363,7 +364,7 @@ impl<'m> Equations<'m> {
             put(&self.after(&row, &a));
             put(&self.error_bound(&row, &a, step));
         }
-        // A margin of 1 stays positive.
+        // Unused places have the constant margin 1, which stays positive.
         let (mut one, zero) = ([0.0; MOST_LENGTH], [0.0; MOST_LENGTH]);
         one[state] = 1.0;
         for _ in margins.len()..self.shape.watched {

@@ -31,7 +31,7 @@ fn model(number: usize) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// Largest difference of two states in parts of a size.
+/// Largest difference of two states relative to `size`, for velocities relative to `1e4 size`.
 fn difference(a: &[f64], b: &[f64], size: f64) -> f64 {
     let of_modes = a.len() / 2;
     (a.iter().zip(b).enumerate())
@@ -50,7 +50,8 @@ impl Observer for Events {
     }
 }
 
-/// The start of every cycle of a point beside others, and its cycles, those integrated alone, and events.
+/// The states of a point after every cycle, integrated beside others. Also the numbers of its cycles, of the
+/// cycles that were integrated alone, and of its events.
 fn follow(number: usize, seat: &Seat<'_>, check: bool) -> (Vec<Vec<f64>>, [u64; 3]) {
     let model = model(number);
     let kernel = ClosedModes::new(&model, 1000, InstructionSet::best()).unwrap();
@@ -138,7 +139,7 @@ fn follow_all(points: &[usize], check: bool) -> (Vec<Vec<Vec<f64>>>, [u64; 3]) {
     (results.into_inner(), sums.get())
 }
 
-/// Every cycle in a lane is that of the kernel alone: the same events, states and tangents.
+/// Every cycle in a lane has the same events, states and tangents as with the kernel alone.
 #[test]
 fn cycles_are_those_of_a_point_alone() {
     let points: Vec<usize> = (0..60).collect();
@@ -150,7 +151,7 @@ fn cycles_are_those_of_a_point_alone() {
     );
 }
 
-/// The results of a point have the same bits beside other points, and alone.
+/// The results of a point have the same bits alone and beside any other points.
 #[test]
 fn neighbours_do_not_matter() {
     let points: Vec<usize> = (0..24).collect();

@@ -20,7 +20,7 @@ impl Observer for Events {
     }
 }
 
-/// A stop at a gap, which may move.
+/// A rigid stop at a gap. `moves` are the harmonics of its own motion.
 fn stop(
     participation: &[f64],
     gap: f64,
@@ -160,8 +160,8 @@ impl Oscillator {
         }
     }
 
-    /// The same oscillator with the load in phase for an impact of the orbit at a part of the cycle. Also returns its
-    /// state at the start of a cycle.
+    /// The same oscillator with the phase of load for which the impact of the orbit is at `part` of the
+    /// cycle. Also returns the state at the start of a cycle.
     fn on_orbit(&self, part: f64) -> (Self, [f64; 2]) {
         let orbit = self.orbit();
         let own = Self {
@@ -472,7 +472,8 @@ fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
             gap: 0.05,
             restitution,
         };
-        // Backwards from the impact at `time`, with the speed u, along the free flight.
+        // The start of the cycle follows from the impact at `time` with the speed `speed`, backwards along
+        // the free flight.
         let size = gear.amplitude / (frequency * frequency);
         let speed = drag * turns / frequency + size * frequency * phase.sin();
         let [sin, cos] = [gear.phase.sin(), gear.phase.cos()];
@@ -603,7 +604,7 @@ fn tangents_are_differences_of_trajectories() {
     assert!(rests > 2, "{rests}");
 }
 
-/// Springs of rigidity 1/ε with a damper that leaves the same part of the speed converge to the rigid stop as √ε.
+/// Springs with the stiffness 1/ε, and dampers for the same restitution, converge to the rigid stop like √ε.
 #[test]
 fn stiff_springs_tend_to_the_rigid_stop() {
     let (own, start) = FORCED.on_orbit(0.3);

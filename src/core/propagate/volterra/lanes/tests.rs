@@ -1,5 +1,5 @@
-//! Compares every loop on every instruction set with its definition, block after block, for sizes around a chunk's
-//! edge. Outputs hold NaN beforehand.
+//! Compares every loop on every instruction set with its definition, block after block, for sizes around a
+//! chunk's edge. Outputs are NaN before a call.
 
 use super::*;
 use crate::model::{ActiveSet, Block, Contact, DRIVE_FLANK, MeshGain, Release, STIFFNESS_TERMS};
@@ -25,7 +25,7 @@ fn deviates(length: usize, stream: &mut Stream) -> Vec<f64> {
     (0..length).map(|_| stream.normal()).collect()
 }
 
-/// Deviates for the components of `modes` blocks, zero in the lanes beyond.
+/// Normal deviates for the components of `modes` blocks; zeros in the padding.
 fn state(modes: usize, stream: &mut Stream) -> Vec<f64> {
     let padded = chunks(modes) * LANES;
     let mut x = vec![0.0; 2 * padded];
@@ -72,7 +72,7 @@ fn combined(rows: &[Row], weights: &[f64]) -> [(f64, f64); TERMS] {
     })
 }
 
-/// Numbers of columns of every kind of batch.
+/// Numbers of columns that need batches of every size.
 const COLUMNS: [usize; 6] = [1, 2, 3, 4, 6, 9];
 
 #[test]

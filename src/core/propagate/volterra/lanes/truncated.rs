@@ -1,4 +1,4 @@
-//! Can a contact be out of reach, judging by the first terms of a deflection?
+//! Do the first terms of a deflection prove that a contact is out of reach?
 
 use super::window::Solution;
 use crate::propagate::vectors::Vector;

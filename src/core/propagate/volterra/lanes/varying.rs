@@ -58,7 +58,8 @@ pub(super) fn factorise_body<V: Vector>(
     out.damping = damping;
 }
 
-/// One if a column's entry i, at index `TERMS − 1 − j + i`, is on, above or below the diagonal.
+/// 1 for entry i of column j, at index `TERMS − 1 − j + i`, if it is on, above or below the diagonal;
+/// otherwise 0.
 const DIAGONAL: [f64; 2 * TERMS - 1] = places(TERMS - 1, TERMS);
 const ABOVE_DIAGONAL: [f64; 2 * TERMS - 1] = places(0, TERMS - 1);
 const BELOW_DIAGONAL: [f64; 2 * TERMS - 1] = places(TERMS, 2 * TERMS - 1);

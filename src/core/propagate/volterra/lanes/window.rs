@@ -35,7 +35,7 @@ impl Solution {
         }
     }
 
-    /// Adds the gap error of the side in contact, from δ − s e to δ.
+    /// Adds the gap error of the closed side: δ − s e becomes δ.
     pub fn add_gap_error(&mut self, gap_error: Option<&GapError>) {
         for (n, (term, a)) in (self
             .deflection

@@ -75,7 +75,7 @@ pub(super) fn texts() -> Map<String, Value> {
     Dimension::with_text_form().filter_map(form).collect()
 }
 
-/// A default that is a value.
+/// The default, if it is a value and not words.
 pub(super) fn default(key: &Key) -> Option<Value> {
     match key.default {
         DefaultValue::Value(text) => toml_value(text),

@@ -6,7 +6,8 @@ use crate::manifest::schema::key::{
 };
 use crate::units::Dimension::{Angle, Length, Ratio, Stiffness, Viscosity};
 
-/// One of three keys gives the backlash, or the drawing does.
+/// Default of the three keys for the backlash. One of them is needed, unless the drawing determines the
+/// backlash.
 const BACKLASH: &str =
     "from the other backlash keys, or from the drawing if it has thinning or a centre distance";
 

@@ -11,7 +11,7 @@ use crate::units::Dimension::{
 
 const BOTH: &str = "first bearing, second bearing";
 
-/// Rigid kinds do not use it, so it has no default.
+/// Default of the keys that only flexible shafts need.
 const ELASTIC: &str = "none; required with kind = \"flexible\"";
 
 #[rustfmt::skip]

@@ -14,7 +14,7 @@ const SIDES: [&str; 3] = ["both", "forward", "backward"];
 
 const MOTIONS: [&str; 4] = ["all", "rotation", "lateral", "none"];
 
-/// The gears of a mesh, by their index in `gears`.
+/// Names of the two gears of a mesh, in the order of the key `gears`.
 pub(in crate::manifest) const OF_MESH: [&str; 2] = ["driving", "driven"];
 
 #[rustfmt::skip]

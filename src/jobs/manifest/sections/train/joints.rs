@@ -135,7 +135,7 @@ impl Drawing {
         }
     }
 
-    /// The phase about which the coast flanks mirror the drive flanks.
+    /// The mesh phase about which the coast flanks mirror the drive flanks, in cycles.
     fn symmetry(&self) -> Option<f64> {
         match self {
             Self::Pair(pair, true) => pair.symmetry().ok(),

@@ -48,7 +48,7 @@ impl Planets {
             .is_some_and(|(gears, _)| Some(gears[1]) == self.first())
     }
 
-    /// Whether a name is that of all planets or, as far as the text shows, of one of them.
+    /// Whether `other` is the common name of planets, or this name with a number.
     pub fn has_name(name: &str, other: &str) -> bool {
         let number = other.strip_prefix(name).map(str::trim);
         number.is_some_and(|number| number.is_empty() || number.parse::<u32>().is_ok())
@@ -222,8 +222,7 @@ impl Parts<'_> {
         Some([one, two])
     }
 
-    /// Two gears as a pair without backlash. The offset of their faces is that of their middles along the first gear's
-    /// axis.
+    /// Two gears as a pair without backlash.
     pub fn pair(&self, places: [GearPlace; 2], rated_torque: f64) -> GearPair {
         let gears = places.map(|place| &self.shafts[place.shaft].gears[place.gear]);
         let [one, two] = places.map(|place| &self.drawn[place.shaft][place.gear]);

@@ -86,8 +86,8 @@ fn names(tables: &[Section], issues: &Issues, shafts: &[TrainShaft]) -> Option<V
     Some(names)
 }
 
-/// Adds the planets of one set, which get their positions later: at a distance \[m\] if given. Its carrier is one of
-/// the `named` first shafts.
+/// Adds the planets of one set to the shafts, without positions. Returns the set, and the distance of the
+/// planets from the axis \[m\] if it is given. The carrier is one of the first `named` shafts.
 fn set(
     table: &Section,
     density: f64,
