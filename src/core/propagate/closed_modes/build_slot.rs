@@ -37,15 +37,26 @@ impl<'m> ClosedModes<'m> {
         match self.slots.get(set) {
             Some(slot) => Ok(slot),
             None => {
-                let slot = self.build_slot(set).inspect_err(|error| {
+                let slot = self.store_slot(set);
+                slot.inspect_err(|error| {
                     self.refusal.get_or_init(|| *error);
-                })?;
-                match self.slots.put(set, slot) {
-                    Some(slot) => Ok(slot),
-                    None => unreachable!("there is room for twice as many as may be reached"),
-                }
+                })
             }
         }
+    }
+
+    /// Builds and stores the slot of a system, and counts its bytes if no other thread has stored it before.
+    fn store_slot(&self, set: usize) -> Result<&Slot<'m>, TableError> {
+        let bytes = reached_sets::bytes(self.model.modes());
+        self.check_room(self.used_bytes.load(Ordering::Relaxed) + bytes)?;
+        let slot = self.build_slot(set)?;
+        let Some((slot, is_first)) = self.slots.put(set, slot) else {
+            unreachable!("there is room for twice as many as may be reached")
+        };
+        if is_first {
+            self.check_room(self.used_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes)?;
+        }
+        Ok(slot)
     }
 
     /// Builds the slot of a system.
@@ -53,7 +64,6 @@ impl<'m> ClosedModes<'m> {
         let (model, sets) = (self.model, &self.sets);
         let basis = self.bases.of(model, sets, set)?;
         unresonant(model, &basis, &self.frequencies)?;
-        self.take_room(reached_sets::bytes(model.modes()))?;
         let closed: Vec<_> = sets.closed(set).collect();
         let shared_data = SharedData {
             model,
@@ -71,9 +81,8 @@ impl<'m> ClosedModes<'m> {
         })
     }
 
-    /// Counts the bytes of the systems that motions of this kernel reach. Refuses a system beyond the limit.
-    fn take_room(&self, bytes: usize) -> Result<(), TableError> {
-        let used_bytes = self.used_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+    /// Refuses more bytes than the limit for the systems that motions of this kernel reach.
+    fn check_room(&self, used_bytes: usize) -> Result<(), TableError> {
         if used_bytes <= MOST_BYTES {
             Ok(())
         } else {

@@ -257,6 +257,7 @@ impl ClosedModes<'_> {
         }
         std::mem::swap(&mut w.states, &mut w.spare);
         std::mem::swap(&mut w.inputs, &mut w.spare_inputs);
+        w.spare_time = None;
         let half = w.length / 2;
         for index in 0..system.pushes.len() {
             let (drift, [x, y]) = parts.pushed(index);

@@ -63,20 +63,18 @@ impl<S> Slots<S> {
         None
     }
 
-    /// Stores the data of a set, unless another thread has stored them. Returns the stored data, or `None` if the table
-    /// is full.
-    pub fn put(&self, set: usize, new: S) -> Option<&S> {
+    /// Stores the data of a set, unless another thread has stored them. Returns the stored data and whether this call
+    /// stored them, or `None` if the table is full.
+    pub fn put(&self, set: usize, new: S) -> Option<(&S, bool)> {
         let mut new = Some((set, Box::new(new)));
         for cell in self.cells(set) {
-            if let Some(made) = new.take()
-                && let Err(left) = cell.set(made)
-            {
-                new = Some(left);
+            if let Some(made) = new.take() {
+                new = cell.set(made).err();
             }
             if let Some((number, kept)) = cell.get()
                 && *number == set
             {
-                return Some(kept);
+                return Some((kept, new.is_none()));
             }
         }
         None
@@ -94,6 +92,7 @@ impl<S> Slots<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     /// Two threads store the same sets in opposite order. Each set has one entry with its data, and the table accepts
     /// no more than its capacity.
@@ -105,10 +104,14 @@ mod tests {
             if number.is_multiple_of(2) { number } else { number << 40 }
         };
         let slots = Slots::hashed(most);
+        let stored = AtomicUsize::new(0);
         let fill = |numbers: &mut dyn Iterator<Item = usize>| {
             for number in numbers {
-                let kept = slots.put(set(number), number);
-                assert_eq!(kept, Some(&number));
+                let Some((kept, is_first)) = slots.put(set(number), number) else {
+                    panic!("no room for {number}")
+                };
+                assert_eq!(kept, &number);
+                stored.fetch_add(usize::from(is_first), Ordering::Relaxed);
                 assert_eq!(slots.get(set(number)), Some(&number));
             }
         };
@@ -116,7 +119,7 @@ mod tests {
             scope.spawn(|| fill(&mut (0..most)));
             scope.spawn(|| fill(&mut (0..most).rev()));
         });
-        assert_eq!(slots.count(), most);
+        assert_eq!((slots.count(), stored.into_inner()), (most, most));
         assert_eq!(slots.get(set(most)), None);
         let all = (0..2 * most).filter(|number| slots.put(set(*number), *number).is_some());
         assert_eq!(all.count(), 2 * most);

@@ -84,11 +84,11 @@ fn middles(
     directions: &[Rows],
     steps: usize,
 ) -> Vec<MidStepContact> {
-    let mut out = Vec::new();
+    let mut out: Vec<MidStepContact> = Vec::new();
+    // A segment shorter than a step may have no step. The next step then has its change of line or gap.
+    let mut turned = false;
     for number in 0..model.base_cycles() {
         let cycle = contact.cycle(number as u64);
-        // A segment shorter than a step may have no step. The next step then has its change of line or gap.
-        let mut turned = false;
         for (index, s) in cycle.segments.iter().enumerate() {
             let direction = &directions[s.direction];
             let direct = dot(&direction.deflection, &direction.mesh_input);
@@ -107,6 +107,7 @@ fn middles(
             }
         }
     }
+    out[0].turned |= turned;
     out
 }
 

@@ -184,18 +184,26 @@ fn a_segment_without_a_step_hides_no_turn() {
         load_centre: 5e-3,
         ..Division::level(end, stiffness)
     };
-    let drive = Drive {
-        mesh: vec![
-            Division::level(0.5, 4e8),
-            tilted(0.5 + 1e-6, 4e8),
-            tilted(1.0, 3e8),
-        ],
-        ..fixtures::constant_mesh(1e-5, 4e8)
-    };
-    let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
-    let kernel = Stepping::new(&model, 100, 10);
-    let turned: Vec<usize> = (0..kernel.steps())
-        .filter(|&j| kernel.middle(0, 0, j).turned)
-        .collect();
-    assert_eq!((turned, kernel.steps()), (vec![0, 50], 100));
+    let middle = [
+        Division::level(0.5, 4e8),
+        tilted(0.5 + 1e-6, 4e8),
+        tilted(1.0, 3e8),
+    ];
+    let last = [
+        tilted(0.5, 4e8),
+        Division::level(1.0 - 1e-6, 4e8),
+        tilted(1.0, 3e8),
+    ];
+    for mesh in [middle, last] {
+        let drive = Drive {
+            mesh: mesh.to_vec(),
+            ..fixtures::constant_mesh(1e-5, 4e8)
+        };
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let kernel = Stepping::new(&model, 100, 10);
+        let turned: Vec<usize> = (0..kernel.steps())
+            .filter(|&j| kernel.middle(0, 0, j).turned)
+            .collect();
+        assert_eq!((turned, kernel.steps()), (vec![0, 50], 100));
+    }
 }

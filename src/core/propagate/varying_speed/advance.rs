@@ -158,7 +158,16 @@ impl VaryingSpeed {
                 motion.phase = phase.value;
             }
             match event {
-                Some(event) => self.meet(event, motion, &reach, workspace, watch, counters)?,
+                Some(event) => {
+                    self.meet(event, motion, &reach, workspace, watch, counters)?;
+                    // The next window would have no length.
+                    if workspace.end - motion.phase <= ROUNDING {
+                        let standing = motion.standing;
+                        self.pass_end(motion, workspace, counters);
+                        motion.standing = standing;
+                        phase = Sum::of(motion.phase);
+                    }
+                }
                 None if reach.at_end => {
                     self.pass_end(motion, workspace, counters);
                     phase = Sum::of(motion.phase);

@@ -157,6 +157,8 @@ impl Workspace {
     /// Copies trajectory and tangents into the padded layout.
     pub fn load(&mut self, trajectory: &TrajectoryState, tangents: &Tangents) {
         self.count = 1 + tangents.count();
+        // Delays of another trajectory do not apply.
+        self.shifted = (u64::MAX, 0.0);
         if self.forces.len() < self.count {
             self.forces.resize(self.count, Row::ZERO);
             self.columns.resize(self.count * self.length, 0.0);

@@ -135,7 +135,12 @@ impl PointTables {
     /// its line.
     pub fn new(kernel: &ClosedModes<'_>) -> Option<Self> {
         let model = kernel.model;
-        let turns = (kernel.breakpoints.iter().flatten()).any(|breakpoint| breakpoint.turns);
+        let lines_of = |starts: &[(usize, usize)]| -> Vec<usize> {
+            starts.iter().map(|&(_, line)| line).collect()
+        };
+        let lines = lines_of(&kernel.starts[0]);
+        let turns = (kernel.breakpoints.iter().flatten()).any(|breakpoint| breakpoint.turns)
+            || kernel.starts.iter().any(|starts| lines_of(starts) != lines);
         let frequencies = Frequencies::new(model);
         let fits = model.modes() <= MOST_MODES
             && model.contacts.len() <= MOST_CONTACTS
@@ -145,7 +150,6 @@ impl PointTables {
         if !fits || turns {
             return None;
         }
-        let lines: Vec<usize> = kernel.starts[0].iter().map(|&(_, line)| line).collect();
         let active = |set: usize| {
             (kernel.sets.closed(set)).fold(ActiveSet::FREE, |active, (contact, _)| {
                 active.toggled(contact)
