@@ -1,11 +1,11 @@
-//! Packs files into an archive with the same bytes each time.
+//! Packs files into a ZIP archive. Equal files give equal bytes.
 
 use super::FmuError;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// Packs files into an archive, each with its path in it.
+/// Packs files into a ZIP archive. Each file has its path in the archive.
 ///
 /// # Errors
 /// [`FmuError::Archive`] if a file has more than 4 GB.

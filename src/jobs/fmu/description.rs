@@ -1,4 +1,4 @@
-//! The variables of an FMU, in one list for the description and the library.
+//! The list of the variables of an FMU, which the model description and the library share.
 
 use super::FmuError;
 use super::inputs::{INPUTS, Input, at_start};
@@ -8,7 +8,7 @@ use crate::structure::ModalStructure;
 use crate::units::Dimension;
 use std::collections::BTreeSet;
 
-/// The meaning of a variable.
+/// The quantity that a variable represents.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
     /// Time.
@@ -17,15 +17,15 @@ pub enum Role {
     Parameter(usize),
     /// An input.
     Input(Input),
-    /// Rotation of a shaft's end: 0 for the pinion, 1 for the wheel.
+    /// Rotation of a shaft where its torque acts: 0 for the pinion, 1 for the wheel.
     Angle(usize),
-    /// Speed of a shaft's end.
+    /// Speed of a shaft where its torque acts: 0 for the pinion, 1 for the wheel.
     Speed(usize),
     /// Deflection of a mesh, by index.
     Deflection(usize),
-    /// Force of a mesh.
+    /// Force of a mesh, by index.
     Force(usize),
-    /// Which flanks of a mesh touch.
+    /// Flanks of a mesh that touch, by the index of the mesh.
     Contact(usize),
     /// Force on a bearing, by index.
     Bearing(usize),
@@ -54,9 +54,9 @@ pub struct Variable {
     pub name: String,
     /// One sentence for the importer.
     pub about: String,
-    /// Dimension.
+    /// Dimension of its values, which gives the unit.
     pub dimension: Dimension,
-    /// Meaning.
+    /// The quantity that it represents.
     pub role: Role,
     /// Value before the importer sets one.
     pub start: Option<f64>,
@@ -151,7 +151,8 @@ impl Description {
     }
 }
 
-/// Load, speed, and quantities of mesh and excitation that the manifest sets.
+/// Adds one variable per continuous quantity of the manifest: load, speed, and quantities of mesh and
+/// excitation. Returns the keys of these quantities.
 fn parameters(job: &Job, point: &PointSpec, all: &mut Vec<Variable>) -> Vec<Parameter> {
     let mut parameters = Vec::new();
     for key in job.between.continuous_keys() {

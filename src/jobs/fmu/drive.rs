@@ -43,7 +43,7 @@ impl Drive {
         })
     }
 
-    /// The drive of a folder of resources; `token` is the token in their description.
+    /// Reads the drive from a folder of resources. `token` is the token in the model description.
     ///
     /// # Errors
     /// A file cannot be read or is faulty, or the token belongs to other resources.
@@ -114,7 +114,7 @@ fn in_temporary_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
         Err(_) => Ok(work()),
     };
     for thread in threads {
-        // A panic in a thread is reported by `work`.
+        // `work` reports a panic in a thread.
         _ = thread.join();
     }
     done.unwrap_or_else(|panic| resume_unwind(panic))

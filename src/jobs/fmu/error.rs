@@ -1,4 +1,4 @@
-//! Reasons why a drive cannot become an FMU, or an FMU a drive.
+//! Errors of exporting a drive as an FMU and of reading it back.
 
 use crate::manifest::ManifestErrors;
 use crate::propagate::varying_speed::VaryingSpeedError;
@@ -6,7 +6,7 @@ use crate::shaft::ShaftError;
 use crate::sweep::build::BuildError;
 use std::path::PathBuf;
 
-/// Reason why a drive cannot become an FMU, or an FMU a drive.
+/// Why a drive cannot be exported as an FMU or read back.
 #[derive(Debug, thiserror::Error)]
 pub enum FmuError {
     /// The structure cannot be computed.

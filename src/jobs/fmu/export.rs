@@ -7,7 +7,7 @@ use super::resources::Resources;
 use super::xml::{MODEL_IDENTIFIER, Version};
 use std::path::Path;
 
-/// A text in the library by which the program recognises its version.
+/// Text in the library with its version. The program looks for this text before it packs the library.
 pub const MARK: &str = concat!("gearatlas-fmu ", env!("CARGO_PKG_VERSION"), " #");
 
 /// A platform that a library can be built for.
@@ -38,8 +38,8 @@ impl Platform {
     }
 }
 
-/// The bytes of the FMU of a drive. Relative paths in its manifest start at `base`. The folder `tables` has its tables.
-/// `library` is the library of a platform.
+/// The bytes of the FMU of a drive. `base` is the folder in which relative paths of its manifest start, and
+/// `tables` is the folder of its tables. `library` has the bytes of the library for `platform`.
 ///
 /// # Errors
 /// The drive cannot be stepped, a file cannot be read, or the library belongs to another version.

@@ -11,28 +11,29 @@ pub enum Input {
     Pinion,
     /// Torque on the wheel's shaft.
     Wheel,
-    /// Rated torques on all shafts.
+    /// Load: a fraction of the rated torques on all shafts.
     Load,
 }
 
 /// Number of inputs.
 pub const INPUTS: usize = 3;
 
-/// Largest part of the load, relative to the whole, that the torques on the two shafts may fail to produce.
+/// Largest remainder of the load, relative to the load, with which the two torques still make up the whole
+/// load.
 const NOISE: f64 = 1e-9;
 
 impl Input {
     /// All inputs, in order.
     pub const ALL: [Self; INPUTS] = [Self::Pinion, Self::Wheel, Self::Load];
 
-    /// Index in `ALL`.
+    /// Index in [`Self::ALL`].
     pub fn place(self) -> usize {
         self as usize
     }
 }
 
-/// Values of the inputs that do not change a point: the torques on the two shafts if they make up the whole load,
-/// otherwise the load.
+/// Values of the inputs before the importer sets any. They give the operating point of the job: torques on
+/// the two shafts if these make up the whole load, otherwise the load.
 ///
 /// # Errors
 /// The structure has no participation of a torque on one of the shafts.
@@ -58,7 +59,7 @@ pub fn at_start(structure: &ModalStructure, point: &PointSpec) -> Result<[f64; I
     let rest = load.iter().zip(pinion.iter().zip(wheel));
     let rest: f64 = (rest.map(|(t, (p, w))| (t - first * p - second * w).powi(2))).sum();
     let scale = structure.rated_force * point.load;
-    // NaN takes the other branch.
+    // If the two participations are parallel, the remainder is NaN or infinite: the load is the input.
     if rest.sqrt() <= NOISE * dot(load, load).sqrt() {
         Ok([first * scale, second * scale, 0.0])
     } else {

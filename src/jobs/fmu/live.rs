@@ -3,8 +3,8 @@
 //! ```text
 //!   0  "atlasfmu"
 //!   8  version  u32, little-endian
-//!  12  length of all  u32
-//!  16  what follows: see `LiveState::write`
+//!  12  total length in bytes  u32
+//!  16  words of 8 bytes, in the order of `LiveState::bytes`
 //! ```
 
 use super::inputs::INPUTS;
@@ -12,13 +12,13 @@ use crate::model::ActiveSet;
 use crate::propagate::varying_speed::Motion;
 
 const MAGIC: &[u8; 8] = b"atlasfmu";
-/// Changes whenever the format does.
+/// Version of the format. It changes whenever the format does.
 const VERSION: u32 = 1;
 
-/// Stage in the life of an FMU.
+/// Stage of an FMU, from its creation to its termination.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mode {
-    /// Made, but not initialised.
+    /// Created, but not initialised.
     Instantiated,
     /// Between the calls that enter and exit the initialization mode.
     Initialization,
@@ -47,16 +47,16 @@ impl Mode {
     }
 }
 
-/// The variable state.
+/// The data of an FMU that change during a simulation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LiveState {
-    /// Stage in its life.
+    /// Stage of the FMU.
     pub mode: Mode,
     /// Values of the parameters.
     pub parameters: Vec<f64>,
     /// Values of the inputs.
     pub inputs: [f64; INPUTS],
-    /// Rates of the inputs.
+    /// Rates of change of the inputs, per second.
     pub rates: [f64; INPUTS],
     /// Time \[s\].
     pub time: f64,
@@ -64,7 +64,7 @@ pub struct LiveState {
     pub speed: f64,
     /// Number of openings and closings of contacts.
     pub events: u64,
-    /// The motion; `None` before its first use.
+    /// The motion; `None` until it begins.
     pub motion: Option<Motion>,
 }
 
@@ -75,7 +75,7 @@ pub fn copy(to: &mut Motion, from: &Motion) {
     *to = Motion { state, ..*from };
 }
 
-/// Reads numbers from the front of bytes.
+/// Reads words of 8 bytes from the front of a slice.
 struct Reader<'b>(&'b [u8]);
 
 impl Reader<'_> {

@@ -3,7 +3,7 @@
 //! ```text
 //! manifest → Drive → Description → modelDescription.xml ┐
 //!                 └→ Resources ─────────────────────────┴→ archive
-//! resources → Drive → Plant, which steps a Live state
+//! resources → Drive → Plant, which steps a LiveState
 //! ```
 //!
 //! The program writes the file. The library in it reads the resources again. Both make the same list of variables from

@@ -1,8 +1,8 @@
-//! The drive that is stepped.
+//! Steps the drive of an FMU.
 //!
-//! The whole drive turns as a rigid body, on which no mesh force acts: `θ'' = α(t)` under the torques on its shafts.
-//! Torques are constant or linear in time over a step. θ is then a cubic polynomial, known before the step, and the
-//! mesh phase follows it.
+//! The mean rotation θ is that of a rigid body. The torques on the shafts accelerate it, `θ'' = α(t)`; no
+//! mesh force acts on it. Torques are constant or linear in time over a step. θ is then a cubic polynomial,
+//! known before the step, and the mesh phase follows it.
 
 use super::FmuError;
 use super::description::Role;
@@ -15,7 +15,7 @@ use crate::propagate::varying_speed::{Motion, SpeedInterval, VaryingSpeed, Works
 use crate::propagate::{Counters, InstructionSet, Stop};
 use crate::structure::ModalStructure;
 
-/// A drive with a workspace to step it in.
+/// A drive that can be stepped, with its workspace.
 #[derive(Debug)]
 pub struct Plant {
     kernel: VaryingSpeed,
@@ -52,7 +52,7 @@ impl Plant {
         })
     }
 
-    /// Puts a state at the start of the motion.
+    /// Sets a state to the start of the motion.
     pub fn begin(&self, live: &mut LiveState) {
         live.motion = Some(self.start.clone());
         live.speed = self.speed;
@@ -123,7 +123,8 @@ impl Plant {
         Some(self.sensors.value(self.kernel.model(), live, motion, role))
     }
 
-    /// The value of an output that counts; `None` if the state has no motion yet.
+    /// The value of an output that is a whole number; `None` for other outputs, or if the state has no motion
+    /// yet.
     pub fn count(&self, live: &LiveState, role: Role) -> Option<i64> {
         let motion = live.motion.as_ref()?;
         match role {

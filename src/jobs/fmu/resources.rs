@@ -21,7 +21,7 @@ pub const TABLES: &str = "tables";
 /// Size limit of a file that is read \[bytes\].
 const LARGEST_FILE: u64 = 1 << 30;
 
-/// The choice of a point of a job.
+/// The point of the job that the FMU represents.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Choice {
@@ -33,7 +33,7 @@ pub struct Choice {
     pub speed: f64,
     /// Changed keys of the manifest, as typed.
     pub changes: Vec<String>,
-    /// All other files.
+    /// Paths of all other files, below the folder of resources.
     files: Vec<String>,
 }
 
@@ -103,7 +103,7 @@ impl Resources {
         Ok(Self { choice, files })
     }
 
-    /// The resources in a folder.
+    /// Reads the resources in a folder.
     ///
     /// # Errors
     /// A file cannot be read.
@@ -118,7 +118,7 @@ impl Resources {
         Ok(Self { choice, files })
     }
 
-    /// The job, read again from a folder that has the files.
+    /// Reads the job again. `folder` has the files that its manifest names.
     ///
     /// # Errors
     /// The manifest is missing or faulty.

@@ -1,8 +1,9 @@
-//! Computes the outputs of a state.
+//! Computes the outputs of an FMU from its state.
 //!
-//! Rotations, torques and bearing forces are sums over the state. Loads and contact forces add the bearing forces of
-//! the omitted modes. A contact has the force `k (δ − s b) + c (δ' − s b')`, with rates of transmission errors and gaps
-//! at the present speed.
+//! Rotations, torques and bearing forces are sums over the components of the state. The omitted modes add
+//! shares of loads and contact forces to the bearing forces.
+//! A contact has the force `k (δ − s b) + c (δ' − s b')`, with rates of transmission errors and gaps at the
+//! present speed.
 
 use super::description::Role;
 use super::inputs::Input;
@@ -12,16 +13,16 @@ use crate::propagate::varying_speed::Motion;
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
 
-/// A shaft.
+/// A shaft whose rotation is an output.
 #[derive(Debug)]
 struct Shaft {
     /// Turns of the shaft per mesh cycle.
     turns: f64,
-    /// Additions to the mean rotation and speed, per component of each block.
+    /// Vibration of its rotation and of its speed, per unit of both components of each block.
     gains: [Vec<[f64; 2]>; 2],
 }
 
-/// How the outputs of a model follow from its state.
+/// Coefficients by which the outputs of a model follow from its state.
 #[derive(Debug)]
 pub struct Sensors {
     shafts: [Shaft; 2],
@@ -101,7 +102,7 @@ impl Sensors {
     }
 }
 
-/// The value of a load term.
+/// The value of a load term, by its number in [`LoadTerm`].
 fn load_term(live: &LiveState, term: usize) -> f64 {
     let input = |input: Input| live.inputs[input.place()];
     let is = |known: LoadTerm| known as usize == term;
@@ -137,8 +138,8 @@ pub fn contact(model: &Model, motion: &Motion, mesh: usize) -> i64 {
     }
 }
 
-/// Whether any spring of the first mesh's drive flank is closed, and any of its coast flank. The springs alternate
-/// between both.
+/// Whether any spring of the drive flank of the first mesh is closed, and whether any spring of its coast
+/// flank is. The springs of both flanks alternate.
 fn closed_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     if model.flank_springs == 2 {
         return closed.flanks().closed();
@@ -150,11 +151,11 @@ fn closed_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     })
 }
 
-/// A model at a moment of its motion.
+/// A model at an instant of its motion.
 struct ModelView<'a> {
     model: &'a Model,
     motion: &'a Motion,
-    /// Speed, divided by the model's speed.
+    /// Speed of the drive, divided by the speed of the model.
     pace: f64,
 }
 

@@ -4,7 +4,7 @@ use super::description::{Description, Role, Variable};
 use crate::units::Dimension;
 use std::fmt::Write as _;
 
-/// Name of the library in the archive, without its ending.
+/// Name of the library in the archive, without its extension.
 pub const MODEL_IDENTIFIER: &str = "atlas_fmu";
 
 /// Category of all messages.
@@ -36,13 +36,13 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The unit of a dimension; `None` for a ratio.
+/// The unit of a dimension, with `.` instead of `*`; `None` for a ratio.
 fn unit(dimension: Dimension) -> Option<String> {
     (dimension != Dimension::Ratio).then(|| dimension.unit().replace('*', "."))
 }
 
 impl Description {
-    /// The description for a version of FMI, with a token.
+    /// The text of `modelDescription.xml` for a version of FMI. `token` identifies the resources.
     pub fn xml(&self, version: Version, token: &str) -> String {
         let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
         self.head(version, token, &mut out);
@@ -132,7 +132,7 @@ impl Description {
         out.push_str("</UnitDefinitions>\n");
     }
 
-    /// Outputs and their dependencies.
+    /// Writes the outputs and their dependencies.
     fn structure(&self, version: Version, out: &mut String) {
         // FMI 2.0 counts variables from 1; FMI 3.0 names value references.
         let (first, attribute) = match version {
@@ -168,7 +168,7 @@ impl Description {
     }
 }
 
-/// The element of a variable.
+/// Writes the element of a variable.
 fn define(version: Version, reference: usize, variable: &Variable, out: &mut String) {
     let whole = variable.role.is_whole();
     let (causality, variability, initial) = match variable.role {

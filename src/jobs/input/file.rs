@@ -1,4 +1,5 @@
-//! Opens files that a user names. Only regular files: a named pipe could wait for ever, and a device has no end.
+//! Opens files that a user names. It accepts only regular files: reading a named pipe can block for ever, and
+//! a device has no end.
 
 use std::fs::{self, File, FileType};
 use std::io::{self, ErrorKind, Read};

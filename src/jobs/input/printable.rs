@@ -30,7 +30,7 @@ pub fn printable(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// As [`printable`], but keeps colours that the program wrote, `ESC [ ... m`.
+/// As [`printable`], but keeps the colour codes `ESC [ ... m` that the program writes.
 pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
     if !text.contains('\u{1b}') {
         return printable(text);
@@ -50,7 +50,7 @@ pub fn printable_but_colours(text: &str) -> Cow<'_, str> {
     Cow::Owned(out)
 }
 
-/// The text if it has at most `most` characters, otherwise its beginning with `…`.
+/// The text if it has at most `most` characters, otherwise its first `most` characters and `…`.
 pub fn clipped(text: &str, most: usize) -> Cow<'_, str> {
     match text.char_indices().nth(most) {
         None => Cow::Borrowed(text),

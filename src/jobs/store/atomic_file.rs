@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use tempfile::TempPath;
 
-/// An unfinished file. Dropped without [`AtomicFile::publish`], it leaves nothing.
+/// An unfinished file. If it is dropped without [`AtomicFile::publish`], no file remains.
 pub struct AtomicFile {
     file: File,
     temporary: TempPath,
@@ -31,7 +31,7 @@ impl AtomicFile {
         })
     }
 
-    /// The file for the bytes.
+    /// The file to which the bytes are written.
     pub fn file(&self) -> &File {
         &self.file
     }

@@ -1,4 +1,5 @@
-//! A table in memory, if it is there, and as Arrow record batches for other programs, with the metadata of its files.
+//! A result table in memory: read if it exists, and as Arrow record batches for other programs, with the
+//! metadata of its files.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use arrow_select::interleave::interleave_record_batch;
 use super::{ResultTable, StoreError, TableKind};
 
 impl ResultTable {
-    /// A table in memory, as from [`ResultTable::read`]; `None` if the folder has no such table.
+    /// Reads a table as [`ResultTable::read`] does; `None` if the folder has no such table.
     ///
     /// # Errors
     /// As [`ResultTable::read`], except a missing table.
@@ -50,7 +51,7 @@ impl ResultTable {
         Ok((schema, vec![sorted]))
     }
 
-    /// Number of rows without a value in a column that was read.
+    /// Number of rows without a value in a column; all rows if the column was not read.
     pub fn absent(&self, name: &str) -> usize {
         let of = |batch: &RecordBatch| match batch.column_by_name(name) {
             Some(column) => column.null_count(),

@@ -3,7 +3,7 @@
 use crate::analysis::Class;
 use serde::{Deserialize, Serialize};
 
-/// A point's part in its chain.
+/// The data of a point that belong to its chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChainPart {
     /// Whether the sweep runs towards larger values.
@@ -53,7 +53,7 @@ pub struct Transition {
 }
 
 impl Transition {
-    /// The word for the kind of change.
+    /// The kind of change: `deflection`, `period` or `class`.
     pub(super) fn what(&self) -> &'static str {
         if self.jump.is_some() {
             "deflection"

@@ -1,5 +1,5 @@
-//! The additions of a chain's point to its row: the direction of the sweep, the state for the next point, and the
-//! changes of motion between neighbours in `transitions.parquet`.
+//! The columns that a chain adds to `points.parquet`, and `transitions.parquet` with the changes of motion
+//! between neighbours of a chain.
 
 use super::chain_part::Transition;
 use super::point_row::{AxisColumn, PointRow};

@@ -1,8 +1,8 @@
 //! Are the bytes of a result file those that were written?
 //!
-//! A table is hashed while it is written. `run.json` keeps the hash beside name and size, and ends in a hash of its
-//! text. Readers compare files with these first: decoding finds few of the bits that a disk, a copy or an editor
-//! changes.
+//! A table is hashed while it is written. `run.json` keeps the hash beside name and size, and ends in a hash
+//! of its text. Readers first compare a file with its record, because decoding detects few of the bits that a
+//! disk, a copy or an editor changes.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind, Read, Write};
@@ -18,7 +18,7 @@ use super::error::Damage;
 pub struct TableRecord {
     /// Path in the results folder, such as `points.parquet`.
     pub name: String,
-    /// Rows.
+    /// Number of rows.
     pub rows: u64,
     /// Size \[bytes\].
     pub bytes: u64,
@@ -61,8 +61,8 @@ impl<W: Write> Write for Hashed<W> {
     }
 }
 
-/// The records of the tables of some results. While `--retry` replaces tables, a name occurs twice, and the file may be
-/// either.
+/// The records of the tables of some results. While `--retry` replaces tables, a name occurs twice, and the
+/// file agrees with either record.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RecordedTables<'a> {
     pub folder: &'a Path,
@@ -154,7 +154,7 @@ fn hash(mut file: &File) -> io::Result<String> {
 /// The text before the hash and after it.
 const SEAL: [&str; 2] = [",\n  \"blake3\": \"", "\"\n}\n"];
 
-/// An indented JSON object with the hash of all text before it as its last key.
+/// Adds a last key to an indented JSON object: the hash of all text before this key.
 pub(super) fn sealed(json: &str) -> String {
     let text = json.trim_end().trim_end_matches('}').trim_end();
     let hash = blake3::hash(text.as_bytes()).to_hex();

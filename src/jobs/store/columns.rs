@@ -18,17 +18,17 @@ use std::sync::Arc;
 /// A row of `spectra.parquet`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpectrumRow {
-    /// The point.
+    /// Id of the point, as in `points.parquet`.
     pub point_id: u64,
-    /// `deflection`, `force`, or a quantity with its location; one text for all lines.
+    /// `deflection`, `force`, or a quantity with its location. All lines of a spectrum share the text.
     pub signal: Arc<str>,
-    /// Unit of the signal; one text for all lines.
+    /// Unit of the signal. All lines of a spectrum share the text.
     pub unit: Arc<str>,
     /// Method that computed the spectrum.
     pub method: SpectrumMethod,
     /// Noise bandwidth of a line \[Hz\]; `None` for exact lines.
     pub bandwidth: Option<f64>,
-    /// The line.
+    /// The line, with its frequency and amplitude.
     pub line: SpectrumLine,
 }
 

@@ -1,5 +1,5 @@
-//! `follow.json` and `trace.json`: the records of the tables of `atlas follow` and `atlas trace`, as `run.json` is for
-//! those of `atlas run`.
+//! `follow.json`, `trace.json` and `runup.json`: the records of the tables of `atlas follow`, `atlas trace`
+//! and `atlas runup`. They correspond to `run.json` for the tables of `atlas run`.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -28,7 +28,7 @@ pub struct TablesRecord {
 }
 
 impl TablesRecord {
-    /// A record of tables that this program wrote, with their metadata.
+    /// A record of tables that this program wrote. Their `metadata` has the job and its hash.
     pub(super) fn new(metadata: &[(&str, String)], tables: Vec<TableRecord>) -> Self {
         let text_of = |key: &str| {
             let pair = metadata.iter().find(|(name, _)| *name == key);
@@ -63,7 +63,8 @@ pub(super) struct CommandTables<'a> {
 }
 
 impl<'a> CommandTables<'a> {
-    /// Prepares the folder: no record exists while old and new tables are mixed.
+    /// Prepares the folder. It removes the old record, so that no record exists while old and new tables are
+    /// mixed.
     pub(super) fn start(
         folder: &'a Path,
         record: &'static str,

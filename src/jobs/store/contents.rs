@@ -23,7 +23,7 @@ pub enum Contents {
     Machine,
     /// Cached tables.
     Tables,
-    /// Folders with results, by name.
+    /// A folder of folders with results; their names.
     Folders(Vec<String>),
     /// None of these.
     Nothing,

@@ -20,11 +20,12 @@ use std::path::Path;
 pub struct BranchRow {
     /// Value of every axis.
     pub axis_values: Vec<f64>,
-    /// The branch, counted over the whole job.
+    /// Number of the branch, from 0 over the whole job.
     pub branch: u32,
-    /// Index on the branch.
+    /// Number of the orbit on its branch, from 0.
     pub index: u32,
-    /// Length of the branch up to the orbit.
+    /// Length of the branch up to the orbit \[1\]: the interval of the axis counts 1, and ten half gaps count
+    /// 1.
     pub length: f64,
     /// Columns of the orbit.
     pub orbit: OrbitColumns,
@@ -78,17 +79,17 @@ impl OrbitColumns {
 pub struct BifurcationRow {
     /// Value of every axis.
     pub axis_values: Vec<f64>,
-    /// The branch.
+    /// Number of the branch.
     pub branch: u32,
-    /// The last orbit of the branch before it.
+    /// Number of the last orbit of the branch before it.
     pub after: u32,
     /// Name of the bifurcation; `end` for an end of the branch.
     pub kind: String,
-    /// Interval of the parameter that contains it.
+    /// Interval of the followed axis that contains it, in SI.
     pub bracket: [f64; 2],
-    /// The multiplier on the unit circle.
+    /// Real and imaginary part of the multiplier on the unit circle.
     pub critical: Option<[f64; 2]>,
-    /// Further details.
+    /// Further details, in words.
     pub detail: String,
     /// Columns of the orbit.
     pub orbit: OrbitColumns,
@@ -99,9 +100,9 @@ pub struct BifurcationRow {
 pub struct CurveRow {
     /// Value of every axis.
     pub axis_values: Vec<f64>,
-    /// The curve.
+    /// Number of the curve, from 0 over the whole job.
     pub curve: u32,
-    /// Index on the curve.
+    /// Number of the point on its curve, from 0.
     pub index: u32,
     /// Kind of bifurcation.
     pub kind: String,
@@ -111,7 +112,7 @@ pub struct CurveRow {
     pub orbit: Option<OrbitColumns>,
 }
 
-/// The rows of a branch.
+/// The rows of the branch with this number, which is followed over the axis `over`.
 pub fn branch_rows<'a>(
     number: u32,
     branch: &'a Branch,
@@ -129,7 +130,7 @@ pub fn branch_rows<'a>(
     })
 }
 
-/// The rows of a branch's bifurcations and two ends.
+/// The rows of the bifurcations and of the two ends of the branch with this number.
 pub fn bifurcation_rows(
     number: u32,
     branch: &Branch,
@@ -188,7 +189,7 @@ fn detail(bifurcation: &Bifurcation) -> String {
     notes.join("; ")
 }
 
-/// The rows of a curve.
+/// The rows of the curve with this number in the plane of two axes.
 pub fn curve_rows(
     number: u32,
     curve: &Curve,
@@ -218,7 +219,7 @@ pub fn curve_rows(
         .collect()
 }
 
-/// Values of the axes with some replaced.
+/// The values of the axes after some are replaced; `replaced` has the index and the value of each.
 pub fn with_values_replaced(axis_values: &[f64], replaced: &[(usize, f64)]) -> Vec<f64> {
     let mut out = axis_values.to_vec();
     for &(axis, value) in replaced {

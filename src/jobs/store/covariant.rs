@@ -10,7 +10,7 @@ impl PointRow {
     }
 }
 
-/// The columns of `points.parquet`.
+/// The columns of covariant vectors in `points.parquet`.
 pub(super) fn covariant_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         list "covariant_exponents", "1/cycle", &*row.covariant.as_ref()?.exponents,

@@ -40,7 +40,7 @@ pub enum Damage {
         /// Hash in the record.
         written: String,
     },
-    /// A record whose text does not match its hash.
+    /// The text of a record does not match its hash.
     #[error("its text does not match the checksum at its end")]
     Unsealed,
     /// The file cannot be decoded, and there is no evidence of a change.
@@ -123,7 +123,7 @@ pub enum StoreError {
         /// Kind of damage.
         damage: Damage,
     },
-    /// A table with a number that no run writes.
+    /// A table has a number that no run writes.
     #[error(
         "`{}` has {value} in column `{column}`, row {row} (counted from 0), which no run writes; restore \
          the file from a copy, or compute it again with --overwrite", path.display()
@@ -138,7 +138,7 @@ pub enum StoreError {
         /// `NaN`, `inf` or `-inf`.
         value: f64,
     },
-    /// A table with a point that the job does not have.
+    /// A table has a point that the job does not have.
     #[error(
         "`{}` has rows of point {point_id}, but the job's {points} points are counted from 0; compute it \
          again with --overwrite", path.display()
@@ -231,7 +231,7 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Whether the contents of the folder forbid the run (nothing was changed), rather than the system.
+    /// Whether the contents of the folder are the reason, rather than the system. Nothing was changed then.
     pub fn is_refusal(&self) -> bool {
         matches!(
             self,
@@ -251,7 +251,7 @@ impl StoreError {
         )
     }
 
-    /// A file that this program did not write so.
+    /// The error for a file that this program did not write, or not in this form.
     pub(crate) fn foreign(path: &Path, detail: impl Into<String>) -> Self {
         Self::Foreign {
             path: path.to_path_buf(),

@@ -1,8 +1,8 @@
 //! One Parquet file, from the first row to its final name.
 //!
-//! Rows are encoded in pieces and written in row groups, so one encoded group bounds the memory. The file has a hidden
-//! temporary name in the folder of its destination and is renamed when complete. A file that is dropped before leaves
-//! nothing.
+//! Rows are encoded in pieces and written in row groups, so one encoded group bounds the memory. The file has
+//! a hidden temporary name in the folder of its destination and is renamed when complete. If it is dropped
+//! before, no file remains.
 
 use std::fmt;
 use std::fs::{self, File, Permissions};
@@ -29,9 +29,9 @@ use super::table_kind::TableKind;
 pub(super) const FORMAT: &str = "atlas-results-1";
 /// Rows of a row group. Groups depend on the rows only, never on timing.
 pub const GROUP_ROWS: usize = 16_384;
-/// Rows that are encoded together: encoded rows take less memory.
+/// Number of rows that are encoded together. Encoded rows take less memory.
 const PIECE_ROWS: usize = 1024;
-/// Size of a row group \[bytes\], for long rows.
+/// Size at which a row group of long rows is written \[bytes\].
 pub const GROUP_BYTES: usize = 16 << 20;
 
 /// Suffix of an unfinished file.
@@ -54,7 +54,7 @@ impl fmt::Display for Shard {
 }
 
 impl Shard {
-    /// `shard-01-of-12`: sorts by index.
+    /// The shard in file names, such as `shard-01-of-12`. The names sort by index.
     pub fn stem(&self) -> String {
         let width = self.count.to_string().len();
         format!("shard-{:0width$}-of-{}", self.index, self.count)
@@ -102,7 +102,7 @@ pub(super) fn complete<W: Write + Send>(
 ) -> Result<(), StoreError> {
     let refused = |source| StoreError::parquet(path, "write", source);
     writer.finish().map_err(refused)?;
-    // `ArrowWriter` buffers; its `into_inner` would turn an error of the system to text.
+    // `ArrowWriter` buffers; its `into_inner` would turn an error of the system into text.
     let synced = writer.sync();
     synced.map_err(|source| StoreError::io(path, "write", source))
 }
@@ -206,7 +206,7 @@ impl<R, W: Write + Send> TableWriter<R, W> {
     }
 }
 
-/// A table before it has its final name.
+/// A table that is being written, before it has its final name.
 pub(super) struct UnfinishedTable<R> {
     folder: PathBuf,
     writer: TableWriter<R, File>,
@@ -272,7 +272,7 @@ impl<R> UnfinishedTable<R> {
     }
 }
 
-/// A complete table without its final name.
+/// A complete table that still has its temporary name.
 pub(super) struct ClosedTable {
     pub(super) record: TableRecord,
     temporary: TempPath,
@@ -280,7 +280,7 @@ pub(super) struct ClosedTable {
 }
 
 impl ClosedTable {
-    /// Brings a completed table of `folder` to the disk.
+    /// Syncs a completed table of `folder` to the disk.
     pub(super) fn new(
         written: &Hashed<File>,
         rows: u64,

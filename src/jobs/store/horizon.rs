@@ -31,7 +31,7 @@ pub fn horizon_table() -> Table<ResultOfPoint<HorizonMeasure>> {
     ])
 }
 
-/// The columns of `points.parquet`.
+/// The columns of predictability in `points.parquet`.
 pub(super) fn horizon_columns() -> Vec<Column<PointRow>> {
     columns![row: PointRow;
         f64 "horizon", "mesh cycles", row.horizon.as_ref()?.horizon,

@@ -53,8 +53,8 @@ impl Interleaved {
     }
 }
 
-/// Merges the rows of at least one source into a table of `folder` (of its `shard`). Calls `on_point` once for every point,
-/// in ascending order, with the index of its source and the number of its rows.
+/// Merges the rows of at least one source into a table of `folder` (of its `shard`). Calls `on_point` once
+/// for every point, in ascending order, with the index of its source and the number of its rows.
 ///
 /// # Errors
 /// A file cannot be read or written, is not such a table, has other columns than the first file, is not in ascending

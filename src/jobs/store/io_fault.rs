@@ -126,7 +126,7 @@ impl Display for IoFault {
     }
 }
 
-/// The system's error for a link that is not to be followed.
+/// The system's error number for a symbolic link that is not followed.
 const LOOP: i32 = rustix::io::Errno::LOOP.raw_os_error();
 
 /// Whether the file system of a path has space but no inodes left. The path need not exist.

@@ -29,7 +29,7 @@ use crate::propagate::instructions;
 /// Identifies the file and the version of its encoding.
 const MAGIC: &[u8; 8] = b"atlas-j4";
 
-/// Length and checksum in front of a payload.
+/// Size of the frame in front of a payload, length and checksum \[bytes\].
 const FRAME: usize = 16;
 
 /// Longest time between syncs: a power cut loses only the points since the last one.
@@ -126,7 +126,7 @@ impl Journal {
                     .len();
                 Ok(journal)
             }
-            // The run was killed before the header was on disk: nothing is lost.
+            // The header is cut off or damaged, so no point can be read.
             None => journal.begin(&header),
         }
     }
@@ -141,7 +141,7 @@ impl Journal {
         }
     }
 
-    /// Writes the header into an empty file; removes the file on failure.
+    /// Empties the file and writes the header. Removes the file if the header cannot be written.
     fn begin(mut self, header: &Header) -> Result<Self, StoreError> {
         let mut bytes = MAGIC.to_vec();
         bytes.extend(record(header, &self.path)?);
@@ -209,7 +209,7 @@ impl Journal {
             let mut at = self.points;
             let mut reader = self.reader(at)?;
             while let Some((row, length)) = next_record::<PointRow>(&mut reader, &self.path)? {
-                // Repeated records of a point have the same numbers.
+                // Repeated records of a point have the same results.
                 places.entry(row.point_id).or_insert((at, length));
                 at += length;
             }
@@ -269,7 +269,7 @@ impl Journal {
         fs::remove_file(&self.path).map_err(|source| StoreError::io(&self.path, "remove", source))
     }
 
-    /// Gives up a run that cannot continue: a journal without points is useless.
+    /// Ends a run that cannot continue. Removes the journal if it has no points.
     pub fn abandon(self) {
         if self.end <= self.points {
             // A file that cannot be removed does no harm.
@@ -377,7 +377,7 @@ fn next_record<T: DeserializeOwned>(
         .iter()
         .rev()
         .fold(0, |length, byte| length << 8 | u64::from(*byte));
-    // Grows with the bytes read: a damaged length does not allocate memory.
+    // The buffer grows with the bytes that are read: a damaged length does not allocate memory.
     let mut payload = Vec::new();
     reader
         .take(length)

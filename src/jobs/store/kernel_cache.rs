@@ -1,7 +1,7 @@
 //! Tables of the kernel `closed_modes` in the cache: only this file stores a kernel's arrays.
 //!
-//! A table does not depend on load, half gap or the phases of excitation: these are coordinates of the state that it
-//! acts on, so the key omits them. Points of one structure and mesh share one table.
+//! A table does not depend on load, half gap or the phases of excitation, so the key omits them. They enter
+//! through the state to which the table is applied. Points of one structure and mesh share one table.
 //!
 //! A table is read into memory, not mapped: if another program truncates a mapped file, the process ends (SIGBUS).
 //! Every byte is hashed before use, so reading costs only one additional copy.
@@ -72,7 +72,8 @@ impl KernelArrays {
         &self.arrays
     }
 
-    /// Equal arrays in memory that the calling thread writes first, which places them on its node.
+    /// A copy of the arrays. The calling thread writes it first, which places its memory on the node of this
+    /// thread.
     pub fn copied(&self) -> Self {
         Self {
             arrays: self.arrays.clone(),

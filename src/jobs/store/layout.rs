@@ -12,7 +12,7 @@ use super::table_kind::TableKind;
 pub struct ResultLayout {
     /// The grid's axes, slowest first.
     pub axes: Vec<AxisColumn>,
-    /// Names of axes that advance in step, group by group.
+    /// Names of tied axes, whose values change together, group by group.
     pub tied: Vec<Vec<String>>,
     /// The tables that its analyses request.
     pub requested: Vec<TableKind>,

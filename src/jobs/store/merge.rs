@@ -1,8 +1,8 @@
 //! Joins the shards of a job into the tables that one run over all points would have written, with a record of their
 //! origin.
 //!
-//! Nothing appears in the output folder before all shards are found, each point occurs once, and all tables are read.
-//! The inputs are only read.
+//! No table appears in the output folder before all shards are found, each point occurs once, and all tables
+//! are read. The inputs are only read.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -319,7 +319,7 @@ fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
     Ok(joined)
 }
 
-/// Counts the points of a merge.
+/// Counts the points and rows of a merge.
 struct Census {
     /// The next expected point.
     next: u64,
@@ -371,7 +371,7 @@ impl Census {
     }
 }
 
-/// The record of the whole: machine and manifest of the first shard, sums over all.
+/// The record of the whole job: machine and manifest of the first shard, and sums over all shards.
 fn record(parts: &[Part]) -> RunRecord {
     let mut whole = parts[0].record.clone();
     whole.shard = None;

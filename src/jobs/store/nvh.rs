@@ -60,16 +60,17 @@ macro_rules! statistics {
     };
 }
 
-/// The objects that have one element each in a list.
+/// The objects for which a list has one element each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ListElement {
-    /// An output of the structure.
+    /// The outputs of the structure with this quantity.
     Output(Quantity),
-    /// Contacts.
+    /// The contacts.
     Contacts,
 }
 
-/// The objects that have one element each in a column's lists, if they have names. Includes standard errors.
+/// The objects for which the lists of a column have one element each; `None` if they have no names. A column
+/// of standard errors has the objects of its statistic.
 pub(super) fn listed(column: &str) -> Option<ListElement> {
     Some(match column.trim_end_matches("_stderr") {
         "bearing_mean" | "bearing_rms" => ListElement::Output(Quantity::BearingForce),

@@ -18,7 +18,7 @@ use super::error::Damage;
 use super::file::FORMAT;
 use crate::input;
 
-/// Rows of a batch if columns are selected.
+/// Number of rows in a batch if columns are selected.
 const ROWS_AT_A_TIME: usize = 8192;
 
 /// Metadata key of the Parquet library for the schema.
@@ -29,7 +29,7 @@ pub(super) struct TableReader {
     path: PathBuf,
     schema: SchemaRef,
     metadata: Vec<(String, String)>,
-    /// `None` after the last batch: decoders take megabytes, and a merge has a thousand files open.
+    /// `None` after the last batch: decoders take megabytes, and a merge may have a thousand files open.
     batches: Option<ParquetRecordBatchReader>,
     /// Rows of the batches so far.
     rows: u64,
@@ -124,7 +124,7 @@ impl TableReader {
         Ok(Some(batch))
     }
 
-    /// Runs write nulls for numbers that are not finite, so another program wrote such a number.
+    /// Refuses numbers that are not finite. A run writes nulls for them, so another program wrote the file.
     fn reject_non_finite_values(&self, batch: &RecordBatch) -> Result<(), StoreError> {
         for (field, array) in batch.schema_ref().fields().iter().zip(batch.columns()) {
             let found = match field.data_type() {
@@ -169,8 +169,8 @@ pub fn is_decoding() -> bool {
     DECODING.get()
 }
 
-/// Calls the Parquet library, which panics on some files that it should refuse. Bytes that a run wrote do not cause
-/// this; only this function protects against files in a folder without a record.
+/// Calls the Parquet library, which panics on some files that it should refuse. Files that a run wrote do not
+/// cause this. For files in a folder without a record, this function is the only protection.
 fn decoding<T>(path: &Path, call: impl FnOnce() -> T) -> Result<T, StoreError> {
     DECODING.set(true);
     let decoded = catch_unwind(AssertUnwindSafe(call));

@@ -9,11 +9,11 @@ use crate::analysis::OrderLine;
 /// A row of `orders.parquet`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OrderRow {
-    /// The point.
+    /// Id of the point, as in `points.parquet`.
     pub point_id: u64,
-    /// Name of the signal, as in `spectra.parquet`; one text for all orders.
+    /// Name of the signal, as in `spectra.parquet`. All orders of a signal share the text.
     pub signal: Arc<str>,
-    /// Unit of the signal; one text for all orders.
+    /// Unit of the signal. All orders of a signal share the text.
     pub unit: Arc<str>,
     /// The signal at one order.
     pub line: OrderLine,

@@ -59,7 +59,7 @@ pub struct PointRow {
 /// One of several results of a point: a row of another table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ResultOfPoint<T> {
-    /// The point.
+    /// Id of the point, as in `points.parquet`.
     pub point_id: u64,
     /// The result.
     pub result: T,

@@ -72,7 +72,7 @@ pub struct ResultTable {
     pub(super) metadata: BTreeMap<String, String>,
     /// All columns of its files, including those that were not read.
     pub(super) fields: Fields,
-    /// Positions of the rows, in ascending `point_id`.
+    /// Indices of the rows in the order of the results: by ascending `point_id` for the tables of a run.
     pub(super) order: Vec<usize>,
 }
 

@@ -6,7 +6,7 @@ use super::table::{Column, columns};
 use crate::numerics::nested_grid::NestedGrid;
 use serde::{Deserialize, Serialize};
 
-/// How the grid of a job is refined, for its files.
+/// How the grid of a job is refined, as written to its files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RefinedColumns {
     /// Numbering of the points.

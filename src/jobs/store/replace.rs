@@ -1,7 +1,7 @@
 //! Replaces points of finished results by the same points computed again, without changing other rows.
 //!
-//! Tables are replaced one by one, `points.parquet` last. A repeated replacement gives the same result, so a killed
-//! command can be repeated. Meanwhile its record lists both tables.
+//! Tables are replaced one by one, `points.parquet` last. A repeated replacement gives the same result, so a
+//! killed command can be repeated. During the replacement, the record lists the old and the new tables.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;

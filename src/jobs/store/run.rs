@@ -13,7 +13,7 @@ use super::file::{Shard, create_folder};
 use crate::propagate::instructions;
 use crate::topology::{Machine, Topology};
 
-/// Everything about a run that is not a result.
+/// Everything about a run except its results.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunRecord {
     /// Name of the job.
@@ -31,7 +31,7 @@ pub struct RunRecord {
     pub program: ProgramRecord,
     /// The machine it ran on.
     pub machine: MachineRecord,
-    /// Threads and where they ran.
+    /// Requested and actual threads, and their placement.
     pub placement: PlacementRecord,
     /// Counts and times over all points.
     pub totals: Totals,
@@ -39,7 +39,7 @@ pub struct RunRecord {
     /// does not change them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub kernels: Vec<KernelRecord>,
-    /// The shards that it was joined from.
+    /// The shards from which the results were joined; empty for a single run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub shards: Vec<ShardRecord>,
     /// The tables as written; a file of another size or hash is damaged.
@@ -49,7 +49,7 @@ pub struct RunRecord {
     pub retries: Vec<RetryRecord>,
     /// Warnings for the user, one sentence each.
     pub warnings: Vec<String>,
-    /// Hash of all that affects the physics, hexadecimal.
+    /// Hash of everything in the manifest that affects results, hexadecimal.
     pub manifest_hash: String,
     /// The manifest as the user wrote it.
     pub manifest: String,
@@ -75,7 +75,7 @@ pub struct KernelRecord {
 }
 
 impl KernelRecord {
-    /// Adds the kernels of another part of a job.
+    /// Adds the kernels of another part of a job to `all`.
     pub fn join(all: &mut Vec<Self>, other: &[Self]) {
         for added in other {
             match all.iter_mut().find(|known| known.kernel == added.kernel) {

@@ -13,7 +13,7 @@ use super::trace::{column_names, event_kind};
 use crate::analysis::run_up::{Level, OrderPoint, RunUp, RunUpConfig, SpectrumRow};
 use crate::propagate::varying_speed::MovingEvent;
 
-/// A signal with its unit; one text for all rows.
+/// Name and unit of a signal, which all its rows share.
 type Named = [Arc<str>; 2];
 
 /// A row of `signals.parquet`.

@@ -5,7 +5,7 @@ use super::point_row::PointRow;
 use super::table::{Column, columns};
 use serde::{Deserialize, Serialize};
 
-/// How the values of axes were drawn, for the files.
+/// How the values of axes were drawn, as written to the files.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SampleColumns {
     /// Names of the axes that are distributions.
@@ -21,7 +21,7 @@ pub struct SampleColumns {
 }
 
 impl SampleColumns {
-    /// The row of a point.
+    /// The row of the design that a point uses.
     pub fn row(&self, point_id: u64) -> u64 {
         point_id / self.stride as u64 % self.rows as u64
     }

@@ -31,7 +31,7 @@ use crate::input;
 
 /// Identifies the file.
 const MAGIC: &[u8; 12] = b"atlastbl\x04\x03\x02\x01";
-/// Changes whenever the format does.
+/// Version of the format. It changes whenever the format does.
 const VERSION: u32 = 2;
 /// Longer files are not read \[bytes\]. Tables of kernels have at most 256 MB.
 const MOST_READ: u64 = 1 << 30;
@@ -39,7 +39,7 @@ const MOST_READ: u64 = 1 << 30;
 const DIGITS: usize = 32;
 /// Suffix of a table file.
 pub(super) const EXTENSION: &str = "table";
-/// Write-protected: a table is never changed.
+/// Mode of a table file. Nobody may write it, because a table never changes.
 const READ_ONLY: u32 = 0o444;
 
 /// The kind of a table.
@@ -47,7 +47,7 @@ const READ_ONLY: u32 = 0o444;
 #[serde(rename_all = "lowercase")]
 #[strum(serialize_all = "lowercase")]
 pub enum CacheKind {
-    /// Mesh stiffness and its companions over a mesh cycle.
+    /// Mesh stiffness and the other quantities of a mesh over a mesh cycle.
     Mesh,
     /// Eigenvectors of each set of closed contacts, of the kernel `closed_modes`.
     Systems,
@@ -65,7 +65,8 @@ pub trait CacheContent: Serialize + DeserializeOwned {
     /// Kind of the table.
     const KIND: CacheKind;
 
-    /// Why no program can have written these numbers together; `None` if they are consistent.
+    /// Why the numbers are inconsistent, so that no program can have written them; `None` if they are
+    /// consistent.
     fn fault(&self) -> Option<&'static str> {
         None
     }

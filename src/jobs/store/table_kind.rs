@@ -3,12 +3,12 @@
 use crate::analysis::Analyses;
 use strum::{IntoStaticStr, VariantArray};
 
-/// The record of the tables of `atlas follow`.
+/// File name of the record of the tables of `atlas follow`.
 pub(super) const FOLLOW_RECORD: &str = "follow.json";
-/// The record of the tables of `atlas trace`.
+/// File name of the record of the tables of `atlas trace`.
 pub(super) const TRACE_RECORD: &str = "trace.json";
 
-/// The record of the tables of `atlas runup`.
+/// File name of the record of the tables of `atlas runup`.
 pub(super) const RUNUP_RECORD: &str = "runup.json";
 
 /// A result table.
@@ -72,11 +72,11 @@ impl TableKind {
         Self::Points,
     ];
 
-    /// One table of each command that writes a record.
+    /// One table for each kind of record.
     pub(super) const OF_RECORDS: [Self; 4] =
         [Self::Points, Self::Branches, Self::Trace, Self::Signals];
 
-    /// The record of the table; `None` for tables of a run.
+    /// File name of the record that lists the table; `None` for tables of a run.
     pub(super) fn command_record(self) -> Option<&'static str> {
         match self {
             Self::Branches | Self::Bifurcations | Self::Curves => Some(FOLLOW_RECORD),

@@ -78,7 +78,8 @@ pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
     Table::new(columns)
 }
 
-/// `bearing_pinion_1_x`; the second of two outputs with the same name gets a number.
+/// Column names of outputs, such as `bearing_pinion_1_x`. If several outputs have one name, all but the first
+/// get a number.
 pub(super) fn column_names(outputs: &[[String; 2]]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for [signal, _] in outputs {
@@ -105,7 +106,7 @@ pub fn events_table() -> Table<EventRow> {
     ])
 }
 
-/// Rows that are converted to columns together.
+/// Number of rows that are converted to columns together.
 const PIECE_ROWS: usize = 1024;
 
 /// A trace in memory, with the columns of its files.
@@ -204,7 +205,7 @@ pub struct TraceLabel {
     pub outputs: Vec<[String; 2]>,
 }
 
-/// Streams a trace into its files. Dropped without [`TraceWriter::finish`], it leaves none.
+/// Streams a trace into its files. If it is dropped without [`TraceWriter::finish`], no file remains.
 pub struct TraceWriter {
     folder: PathBuf,
     metadata: Vec<(&'static str, String)>,

@@ -51,8 +51,8 @@ struct Destination {
     shard: Option<Shard>,
 }
 
-/// Streams points into result files. Dropped without [`ResultWriter::finish`], it leaves
-/// no file, and results of an earlier run in the same folder stay as they are.
+/// Streams points into result files. If it is dropped without [`ResultWriter::finish`], no new file remains,
+/// and results of an earlier run in the same folder stay unchanged.
 pub struct ResultWriter {
     destination: Destination,
     order: Reorder<PointRow>,
@@ -61,10 +61,10 @@ pub struct ResultWriter {
     others: PointTables,
 }
 
-/// Tables with rows from the results of points, with their kinds.
+/// Tables whose rows come from the results of points, with their kinds.
 type PointTables = Vec<(TableKind, Box<dyn PointTable>)>;
 
-/// A table with rows from the results of points.
+/// A table whose rows come from the results of points.
 trait PointTable: Send {
     /// Moves the rows of a point into the file.
     fn take(&mut self, point: &mut PointRow) -> Result<(), StoreError>;
@@ -73,7 +73,7 @@ trait PointTable: Send {
     fn close(self: Box<Self>) -> Result<ClosedTable, StoreError>;
 }
 
-/// A file, and the rows that a point adds to it.
+/// A file, and the function that returns the rows of a point.
 struct RowsOfPoint<R, F> {
     file: UnfinishedTable<R>,
     rows: F,

@@ -1,4 +1,4 @@
-//! Tables of the followed orbits of a job.
+//! Writes the tables of the followed orbits of a job.
 
 use super::continuation::Followed;
 use crate::manifest::Job;

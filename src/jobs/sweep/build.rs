@@ -1,4 +1,4 @@
-//! From a point's specification to the system that kernels integrate.
+//! Builds the system that kernels integrate from the specification of a point.
 
 use super::first_force;
 use super::further_meshes::{self, FurtherMeshError};
@@ -51,7 +51,7 @@ pub enum BuildError {
         /// Another kernel, if the model does not fit the tables.
         advice: Option<String>,
     },
-    /// The slice of initial states does not exist.
+    /// The slice of initial states is impossible for the model.
     #[error("analyses.multistability.slice: {0}")]
     Slice(#[from] SliceError),
     /// The motion is too fast for the mesh cycle.
@@ -71,8 +71,8 @@ pub enum BuildError {
     },
 }
 
-/// Largest number of windows in a mesh cycle. It limits a cycle to some milliseconds, so that a job can be interrupted,
-/// and a wrong unit does not cost a night.
+/// Largest number of windows in a mesh cycle. A cycle then takes at most some milliseconds, so that a job can
+/// be interrupted quickly. A wrong unit in the manifest gives an error instead of a run of many hours.
 const MOST_WINDOWS: f64 = 20_000.0;
 
 /// Checks that a kernel needs reasonable time for a mesh cycle of a model.
@@ -80,7 +80,7 @@ const MOST_WINDOWS: f64 = 20_000.0;
 /// # Errors
 /// [`BuildError::TooFast`] if the kernel `volterra` would need too many windows.
 pub fn check_window_count(model: &Model, kernel: &KernelChoice) -> Result<(), BuildError> {
-    // The kernel `closed_modes` needs about as many blocks.
+    // The kernel `closed_modes` needs about as many blocks as `volterra` needs windows.
     if !matches!(kernel, KernelChoice::Volterra | KernelChoice::ClosedModes) {
         return Ok(());
     }
@@ -97,7 +97,8 @@ pub fn check_window_count(model: &Model, kernel: &KernelChoice) -> Result<(), Bu
 }
 
 impl BuildError {
-    /// The error for tables that a model does not have, with advice on another kernel.
+    /// The error if tables cannot be made or loaded, with advice on another kernel if the model is the
+    /// reason.
     pub fn tables(error: TableError, model: &Model) -> Self {
         let another = error.concerns_the_model();
         Self::Tables {
@@ -107,7 +108,7 @@ impl BuildError {
     }
 }
 
-/// Advice on the kernel `volterra` for a model that the tables do not fit.
+/// Whether the kernel `volterra` helps for a model that the tables do not fit, in words.
 fn structured_instead(model: &Model) -> String {
     let windows = Volterra::windows_needed(model, f64::EPSILON);
     if windows <= MOST_WINDOWS {
@@ -179,8 +180,8 @@ pub(super) fn model(
     Ok((model, under_load))
 }
 
-/// The system of a point with constant mean mesh stiffness, which determines its vibration in contact. The shafts do
-/// not tilt.
+/// The system of a point with constant mean mesh stiffness, which determines its natural frequencies in
+/// contact. The shafts do not tilt.
 ///
 /// # Errors
 /// A structure, a mesh or a value is refused.
@@ -194,7 +195,8 @@ pub fn mean_model(
     with_mean(&structure, point, mean)
 }
 
-/// As [`mean_model`], at several speeds \[rad/s\] with one search for the stiffness.
+/// As [`mean_model`], at several speeds \[rad/s\]. The mean stiffness is computed once, at the speed of
+/// `point`.
 pub fn mean_models(
     structure: &ModalStructure,
     point: &PointSpec,
@@ -228,7 +230,7 @@ fn with_mean(
     point: &PointSpec,
     mean: f64,
 ) -> Result<Model, BuildError> {
-    // Friction changes its sign, so the mean has none.
+    // Friction changes its sign within a mesh cycle, so the mean mesh has none.
     let level = Division {
         friction: [0.0; 2],
         ..Division::level(1.0, mean)
@@ -242,14 +244,14 @@ fn with_mean(
         ..point.clone()
     };
     let mut model = with_mesh(structure, &equal, mesh, Default::default(), Vec::new())?;
-    // The mean has no positions of contacts.
+    // The mean mesh has no contact positions.
     model.rolling = None;
     Ok(model)
 }
 
-/// The system of a point on a mesh. The mesh has the divisions of its cycle with their mean stiffness \[N/m\], and
-/// possibly further springs, also those of every cycle of a revolution if single teeth differ; `flank_error_harmonics` are
-/// harmonics for the error of loaded flanks.
+/// The system of a point on a given mesh: the divisions of its cycle with their mean stiffness \[N/m\].
+/// `further` has the divisions of further springs, and `tooth_cycles` those of all springs in every cycle of
+/// a revolution if single teeth differ. `flank_error_harmonics` represent the error of loaded flanks.
 fn with_mesh(
     structure: &ModalStructure,
     point: &PointSpec,
@@ -272,7 +274,7 @@ fn with_mesh(
     let tooth_cycles = match &point.mesh.teeth {
         Some(teeth) if tooth_cycles[0].is_empty() => {
             let of_coast = coast.as_ref().map(|coast| teeth.on_coast(&coast.mesh));
-            // The mesh is one spring.
+            // The mesh has one spring, so each cycle has one list of divisions.
             [teeth.on_drive(&mesh), of_coast.unwrap_or_default()]
                 .map(|cycles| cycles.into_iter().map(|own| vec![own]).collect())
         }
@@ -305,8 +307,8 @@ fn with_mesh(
     Ok(model)
 }
 
-/// How the gears of a drawing roll on each other. `relative` is the speed of the first gear relative to the carrier,
-/// divided by the driver's speed.
+/// How the gears of a drawing roll on each other; `None` without a drawing. `relative` is the speed of the
+/// first gear relative to the carrier, divided by the driver's speed.
 fn rolling(point: &PointSpec, friction: f64, relative: f64) -> Option<Rolling> {
     let gears = point.model.source.gears()?;
     let [pinion, wheel] = gears.teeth.map(f64::from);
@@ -344,8 +346,9 @@ fn coast_flank(
     }
 }
 
-/// A harmonic of the drive flanks' error, on the coast flanks: `e(symmetry + φ)` is minus the value at `symmetry − φ`.
-/// The error lets δ fall further there, as it lets δ rise further on the drive flanks.
+/// A harmonic of the drive flanks' error, on the coast flanks: `e(symmetry + φ)` is minus the value at
+/// `symmetry − φ`. A positive error lets δ rise further on the drive flanks, and its mirror image lets δ fall
+/// further on the coast flanks.
 fn flank_error_on_coast(drive: MeshHarmonic, symmetry: f64) -> MeshHarmonic {
     let turn = 2.0 * TAU * drive.turns_per_cycle() * symmetry;
     MeshHarmonic {

@@ -1,8 +1,9 @@
 //! The state that a point takes from the previous point of a chain.
 //!
-//! If a point ends on a periodic orbit, its state lies on that orbit to round-off. The orbit may be unstable at the
-//! next point, but a chain that starts on it follows it until round-off has grown. The state is therefore displaced, in
-//! a direction that depends on seed and point. The bits are the same however a run is split, interrupted or traced.
+//! If a point ends on a periodic orbit, its state lies on that orbit to round-off. At the next point the
+//! orbit may be unstable, but a trajectory that starts on it leaves it only when round-off has grown. The
+//! start is therefore displaced, in a direction that depends only on seed and point. It has the same bits if
+//! a run is split, interrupted or traced.
 
 use crate::analysis::{EnergyNorm, displaced};
 use crate::model::{Model, TrajectoryState};
@@ -16,7 +17,7 @@ const STREAM: u64 = 1 << 36;
 #[derive(Debug, Clone, Copy)]
 pub(super) struct CarriedState<'a> {
     pub end: &'a ChainEnd,
-    /// Distance in half gaps.
+    /// Distance of the start from this end, in half gaps.
     pub displacement: f64,
 }
 

@@ -1,16 +1,17 @@
 //! Points of a chain: each starts next to the end of the previous one (see [`CarriedState`]), and points between
 //! neighbours narrow down changes of motion.
 //!
-//! A change is found by halving the interval between the last point with a verdict and the present one. A point has a
-//! verdict if the class of its motion is known. Every trial starts from the state of the near side, as the sweep would
-//! with a finer grid. A trial with the motion of the near side becomes the near side. A trial without a verdict (near
-//! a bifurcation, motions settle ever more slowly) ends the search with the present bracket.
-//! Neighbours of one class and period may still lie on different branches. If the deflection changes much more between
-//! them than between the points before, the interval is halved as well: a jump keeps its size, a continuous change is
-//! halved with it.
+//! A change is found by halving the interval between the last point with a verdict and the present one. A
+//! point has a verdict if the class of its motion is known. Every trial starts from the state of the near
+//! side, as the sweep would with a finer grid. A trial with the motion of the near side becomes the near
+//! side, otherwise the far side. A trial without a verdict ends the search with the present bracket: close to
+//! a bifurcation, motions settle slowly.
+//! Neighbours of one class and period may still lie on different branches. The interval is also halved if the
+//! deflection changes much more between them than between the points before. Halving the interval does not
+//! change the size of a jump, but it halves a continuous change.
 //!
-//! Without halving, a change is reported between neighbours of the grid; a change of the deflection only if the
-//! previous change is known.
+//! Without halving, a change of class is reported between neighbours of the grid. A change of the deflection
+//! is reported only if the previous change is known.
 
 use super::carried::CarriedState;
 use super::parts::Prepared;
@@ -31,10 +32,10 @@ use std::time::Instant;
 /// Change of the deflection's mean or RMS, relative to the RMS, above which a jump is searched for.
 const NOTABLE_CHANGE: f64 = 0.1;
 
-/// Smallest ratio of a change to the previous change, above which a jump is searched for.
+/// Ratio of a change to the previous change, above which a jump is searched for.
 const STANDS_OUT: f64 = 4.0;
 
-/// Smallest part of the first change that remains across the final bracket of a jump.
+/// Smallest fraction of the first change that must remain across the bracket of a jump.
 const REMAINING_CHANGE: f64 = 0.5;
 
 /// Smallest number of halvings that distinguishes a jump from a continuous change.
@@ -43,7 +44,7 @@ const FEWEST_HALVINGS: u32 = 3;
 /// Two levels count as equal up to this number of standard errors of their difference.
 const SIGMAS: f64 = 5.0;
 
-/// Smallest RMS, in half gaps, as the reference of a change.
+/// Smallest RMS by which a change is divided \[half gaps\].
 const SMALLEST_RMS: f64 = 1e-3;
 
 /// Data of earlier points that the next point of a chain needs.
@@ -53,13 +54,13 @@ pub struct ChainState {
     passed: usize,
     /// State at the end of the last point.
     end: Option<ChainEnd>,
-    /// Status of the last point if it left no state.
+    /// Status of the last point if it has no state at its end.
     trouble: Option<Status>,
     /// The last point whose class of motion is known.
     near: Option<LastVerdict>,
 }
 
-/// One side of a change of motion.
+/// The last point with a verdict: one side of a change of motion.
 #[derive(Debug, Clone)]
 struct LastVerdict {
     /// Value on the swept axis.
@@ -69,7 +70,7 @@ struct LastVerdict {
     level: Option<Level>,
     /// Change of the level since the previous point with a verdict.
     step: Option<f64>,
-    /// Whether that point had the same class.
+    /// Whether the previous point with a verdict had the same class.
     alike: bool,
 }
 
@@ -164,7 +165,8 @@ pub fn chain_state_before(
     Ok(link)
 }
 
-/// The class of motion, if it is known. Chaos is one class: chance decides which trajectories leave it.
+/// The class of motion, if it is known. Transient chaos counts as chaos, because chance decides which
+/// trajectories leave chaos.
 pub(super) fn verdict(outcome: &PointOutcome) -> Option<Class> {
     match outcome.class? {
         Class::NotConverged => None,
@@ -184,7 +186,7 @@ fn level(outcome: &PointOutcome) -> Option<Level> {
     })
 }
 
-/// Difference of two levels beyond their errors, relative to the larger RMS.
+/// Difference of two levels in excess of their errors, divided by the larger RMS.
 fn level_change([a, b]: [Level; 2], half_gap: f64) -> f64 {
     let scale = a.rms[0].max(b.rms[0]).max(SMALLEST_RMS * half_gap);
     let beyond = |a: [f64; 2], b: [f64; 2]| {
@@ -195,7 +197,8 @@ fn level_change([a, b]: [Level; 2], half_gap: f64) -> f64 {
     beyond(a.mean, b.mean).max(beyond(a.rms, b.rms)) / scale
 }
 
-/// The point with additional requests if it belongs to a chain whose changes are refined.
+/// The point, with a request for the level of its deflection if it belongs to a chain whose changes are
+/// refined.
 pub(super) fn with_level_if_refined(point: &PointSpec) -> Cow<'_, PointSpec> {
     if point.direction.is_some() && halvings(point) > 0 {
         Cow::Owned(with_level(point))
@@ -290,7 +293,8 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The change, if there is one, with the requested precision. The work is added to the point's.
+    /// The change of motion before the point, if there is one, with the requested precision. The cycles of
+    /// the trials are added to those of the point.
     fn narrow_change(
         &self,
         link: &ChainState,

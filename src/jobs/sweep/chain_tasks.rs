@@ -8,7 +8,7 @@ use std::collections::{BTreeSet, HashMap};
 /// Chains of a job that belong to a run, in order; `place` is an index among them.
 #[derive(Debug, Clone)]
 pub struct ChainSelection {
-    /// Points of a chain, 1 if points are independent.
+    /// Number of points in a chain; 1 if points are independent.
     length: usize,
     chains: Chains,
 }
@@ -26,9 +26,9 @@ enum Chains {
 }
 
 impl ChainSelection {
-    /// Every n-th chain of a job for its n-th shard, so that neighbours, which take similar time, are evenly
-    /// distributed; all chains without a shard. For a refined grid, the points that are computed in any case, which
-    /// have the first numbers.
+    /// The chains of a shard: every n-th chain of the job, where n is the number of shards. Neighbouring
+    /// chains take similar time, so this distributes the time evenly. Without a shard, all chains. On a
+    /// refined grid, only the points of the undivided grid, which have the first numbers.
     pub fn of_shard(job: &Job, shard: Option<Shard>) -> Self {
         let points = match &job.refine {
             Some(refine) => refine.nested.places(0),
@@ -79,7 +79,7 @@ impl ChainSelection {
         self.chains() * self.length
     }
 
-    /// The chain of the job at a place.
+    /// The number of the chain at index `place` of the selection.
     fn chain(&self, place: usize) -> usize {
         match &self.chains {
             Chains::Every { first, step, .. } => first + place * step,
@@ -112,7 +112,7 @@ pub(super) struct ChainTask {
 /// Chains that an earlier run has finished, completely or partly.
 #[derive(Debug, Default)]
 pub(super) struct FinishedChains {
-    /// By chain; chains beyond the end are not finished.
+    /// Whether each chain is finished, by its number. Chains beyond the end are not finished.
     done: Vec<bool>,
     links: HashMap<usize, ChainState>,
 }
@@ -132,7 +132,7 @@ impl FinishedChains {
             if finished.pass(job, &row)? {
                 take(row)
             } else {
-                // Repeated records of a point have the same numbers.
+                // Repeated records of a point have the same results.
                 Ok(())
             }
         })?;
@@ -186,7 +186,7 @@ impl FinishedChains {
         selection.length - passed
     }
 
-    /// The chain at a place, to be computed; call this once per chain.
+    /// The task to compute the chain at a place. Call this once per chain.
     pub(super) fn turn(&mut self, selection: &ChainSelection, place: usize) -> ChainTask {
         let chain = selection.chain(place);
         ChainTask {

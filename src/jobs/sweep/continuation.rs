@@ -1,5 +1,5 @@
-//! All branches and curves of a job. A line is a combination of values of the axes that orbits are not followed over;
-//! each line has one family of drives.
+//! Follows all branches and curves of a job. Orbits are followed over one axis. A line is one combination of
+//! values of the other axes; it has its own family of drives.
 
 use super::family::PointFamily;
 use super::motion_scale;
@@ -81,7 +81,7 @@ pub struct Curves {
     pub axis_values: Vec<f64>,
     /// The curves, by kind.
     pub all: Vec<Curve>,
-    /// The onset of rattle, if one of the axes is the load.
+    /// The onset of rattle, if one of the axes is the load or torque.
     pub onset: Vec<Onset>,
 }
 
@@ -264,8 +264,8 @@ fn states_fit(spec: &ContinuationSpec, modes: usize) -> Result<(), FollowError> 
     Ok(())
 }
 
-/// The curves of a plane, for each kind separately. Starts at each requested bifurcation of the lines that lies on no
-/// curve yet.
+/// The curves of a plane, for each kind of bifurcation separately. A curve starts at each requested
+/// bifurcation of the lines that is not on a curve yet.
 fn plane(
     job: &Job,
     spec: &ContinuationSpec,
@@ -327,8 +327,8 @@ fn plane(
     })
 }
 
-/// The onset of rattle over the other axis, if one of the two is the load or torque, and stiffness does not depend on
-/// it.
+/// The onset of rattle as a function of the other axis. It is computed only if one of the two axes is the
+/// load or torque, and the mesh stiffness does not depend on the load.
 fn onsets(
     job: &Job,
     spec: &ContinuationSpec,

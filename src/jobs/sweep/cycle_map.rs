@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Pieces of work per thread: several pieces balance states that take longer than others.
+/// Pieces of work per thread. Several pieces even out the times of states.
 const PIECES: usize = 4;
 
 /// The map of an operating point.
@@ -61,7 +61,7 @@ pub enum MapTangents<'a> {
     Given {
         /// Number per state.
         count: usize,
-        /// Components.
+        /// Components of all tangents.
         vectors: &'a [f64],
     },
 }
@@ -167,13 +167,13 @@ impl CycleMap {
         self.start_of(&self.point.run.initial)
     }
 
-    /// The state of another start.
+    /// The state at the start of mesh cycle 0 for another initial state.
     pub fn start_of(&self, initial: &InitialState) -> Vec<f64> {
         self.model().start(initial).state
     }
 
-    /// The derivative of the model by a key of the manifest, per SI unit. `fixed_values` are keys whose values at the point
-    /// differ from the manifest.
+    /// The derivative of the model by a key of the manifest, per SI unit. `fixed_values` are the keys whose
+    /// values at the point differ from the manifest, with these values.
     ///
     /// # Errors
     /// [`MapError::NoDerivative`] if the model does not depend on it smoothly.
@@ -215,14 +215,14 @@ impl CycleMap {
     }
 }
 
-/// A request to the map, until its kernel is built.
+/// A request to the map, which a kernel carries out.
 struct MapRequest<'a> {
     model: &'a Model,
     config: &'a MapConfig<'a>,
     interrupt: &'a AtomicBool,
 }
 
-/// Splits the first numbers off a slice.
+/// Splits the first `count` numbers off a slice.
 fn take<'a>(left: &mut &'a mut [f64], count: usize) -> &'a mut [f64] {
     let (taken, rest) = std::mem::take(left).split_at_mut(count);
     *left = rest;
@@ -336,7 +336,7 @@ impl MapRequest<'_> {
         }
     }
 
-    /// Sets the tangents at the start of a state.
+    /// Sets the initial tangents of state `number`.
     fn set_out(&self, number: usize, tangents: &mut Tangents) {
         for j in 0..tangents.count() {
             let vector = tangents.vector_mut(j);
@@ -371,7 +371,7 @@ impl MapRequest<'_> {
     }
 }
 
-/// Observers of a trajectory; empty unless something is requested.
+/// Observers of a trajectory: its events and its derivatives by parameters, if requested.
 struct MapObservers<'a> {
     cycles: u64,
     events: Option<Vec<Event>>,

@@ -110,7 +110,7 @@ impl Workload {
         let half = (self.work * half).hypot(2.0 * self.spread(sample));
         let expected = self.work * rate;
         Interval {
-            // The points of the sample are computed again.
+            // The run computes the points of the sample again.
             low: (expected - half).max(sample.iter().map(PointTime::least).sum()),
             expected,
             high: expected + half,
@@ -146,7 +146,7 @@ impl Workload {
         let chains = self.chains.max(1) as f64;
         let uneven = (chains / threads).ceil() * threads / chains;
         let longest = sample.iter().map(PointTime::ratio).fold(0.0, f64::max) * self.work;
-        // A long chain has long points and short ones.
+        // The times of the points of a chain partly average out.
         let beyond = (longest - computing.expected).max(0.0) / chains / (self.length as f64).sqrt();
         let tail = beyond * (1.0 - 1.0 / threads);
         Interval {
@@ -157,15 +157,15 @@ impl Workload {
     }
 }
 
-/// Time and work of a sample.
+/// Total time and work of a sample.
 fn totals(sample: &[PointTime]) -> (f64, f64) {
     sample.iter().fold((0.0, 0.0), |(time, work), point| {
         (time + point.time, work + point.work)
     })
 }
 
-/// End of the last thread \[s\]. Points with more work start first, and points of equal work in order, as in a queue
-/// without known times.
+/// Time at which the last thread ends \[s\]. Points with more work start first, and points of equal work in
+/// order, as in a queue without known times.
 fn schedule(points: &[PointTime], threads: usize) -> f64 {
     let mut order = points.to_vec();
     order.sort_by(|a, b| b.work.total_cmp(&a.work));
@@ -187,7 +187,7 @@ impl Interval {
         }
     }
 
-    /// This interval, later by `time`.
+    /// This interval, shifted by `time` \[s\].
     pub fn after(self, time: f64) -> Self {
         Self {
             low: time + self.low,

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub enum ExistingResults {
     /// No complete results; a journal may have points of an interrupted run.
     Nothing,
-    /// All of it, with every table as written.
+    /// All of it; every table agrees with its record.
     Complete(Box<RunRecord>),
 }
 
@@ -147,7 +147,7 @@ fn prefix(hash: &str) -> &str {
 /// Largest number of displayed lines of a difference.
 const SHOWN: usize = 12;
 
-/// Lines that only one of two manifests has, without regard to comments and spaces.
+/// Lines that only one of two manifests has. Comments and spaces do not matter.
 fn difference(there: &str, here: &str) -> String {
     let (there, here) = (bare(there), bare(here));
     let only = |of: &[String], other: &[String], mark: &str| -> Vec<String> {
@@ -168,7 +168,7 @@ fn difference(there: &str, here: &str) -> String {
     format!("differences (- there, + here):\n{}", lines.join("\n"))
 }
 
-/// The lines of a manifest without comments, spaces and empty ones.
+/// The lines of a manifest without comments, repeated spaces and empty lines.
 fn bare(text: &str) -> Vec<String> {
     let words = |line: &str| {
         let code = line.split('#').next().unwrap_or_default();

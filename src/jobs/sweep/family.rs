@@ -16,7 +16,8 @@ const CENTRAL: [f64; 3] = [45.0, -9.0, 1.0];
 /// One-sided differences of the sixth order, in 60ths, for a parameter that may change in one direction only.
 const ONE_SIDED: [f64; 7] = [-147.0, 360.0, -450.0, 400.0, -225.0, 72.0, -10.0];
 
-/// Assumed size of a parameter with the value zero, in its SI unit divided by the point's natural scale.
+/// Assumed size of a parameter with the value zero, divided by its natural scale: the half gap for lengths,
+/// otherwise one SI unit.
 const SIZE_OF_ZERO: f64 = 1e-2;
 
 /// The drives of a point for varied parameters.
@@ -26,7 +27,7 @@ pub struct PointFamily<'a> {
     pub point: PointSpec,
     /// The parameters.
     pub parameters: Vec<Parameter>,
-    /// Keys whose values differ from the manifest.
+    /// Keys whose values at the point differ from the manifest, with these values.
     held: Vec<(Parameter, f64)>,
     resolver: &'a PointResolver,
     parts: &'a Prepared,
@@ -85,14 +86,14 @@ impl<'a> PointFamily<'a> {
         let held = held.filter(|(parameter, _)| !self.parameters.contains(parameter));
         let values: Vec<(&Parameter, f64)> = held.chain(self.parameters.iter().zip(at)).collect();
         let mut changed = self.resolver.changed(&self.point, &values)?;
-        // One length scale for orbits at all values of the parameters.
+        // Orbits at all values of the parameters use one length scale.
         if let Some(length) = self.point.mesh.length {
             changed.mesh = changed.mesh.measured_by(length);
         }
         Ok(changed)
     }
 
-    /// The size of a parameter, as a scale for small changes.
+    /// The size of a parameter in SI, to which small changes are related.
     pub(super) fn size(&self, at: MapParameters, axis: usize) -> f64 {
         let natural = match self.parameters[axis].unit() {
             "m" => self.point.mesh.scale(),
@@ -132,8 +133,8 @@ impl ParametricDrive for PointFamily<'_> {
         self.parts.model(&point).map_err(|error| error.to_string())
     }
 
-    /// Differences of models, of the sixth order: a model is smooth in its parameters, segment by segment. A parameter
-    /// that may change in one direction only has a one-sided derivative.
+    /// Difference quotients of models, of the sixth order: every segment of a model depends smoothly on its
+    /// parameters. If a parameter may change in one direction only, the quotient is one-sided.
     fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
         let central: Vec<(f64, f64)> = (1..)
             .zip(CENTRAL)

@@ -1,10 +1,11 @@
-//! What will a run take? Its time with an interval, its memory and its disk space, from a few points that are tried out
-//! beforehand.
+//! How long does a run take, and how much memory and disk space? The answer comes from a few points that are
+//! tried out beforehand.
 //!
-//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken the share
-//! [`CALIBRATION_SHARE`] of it. A point of a chain is tried out after the point before it, which is treated as the
-//! first. The timed point thus starts from a settled motion, as in a sweep. Refinement adds time for every change between neighbours of the
-//! sample: most points have no change, so a few points would be a poor estimate of the number.
+//! Points are drawn over the grid until the time is known accurately enough, or the calibration has taken the
+//! share [`CALIBRATION_SHARE`] of it. For a point inside a chain, the point before it is computed first, as
+//! if it started the chain. The timed point thus starts from a settled motion, as in a sweep. Refinement adds
+//! time for every change of motion between neighbours of the sample. Trials do not include it: most points
+//! have no change, so a few points would be a poor estimate of the number.
 
 use super::chain_tasks::ChainSelection;
 use super::estimate::{Interval, PointTime, Workload, drawn};
@@ -32,8 +33,8 @@ const ACCURATE_ENOUGH: f64 = 0.15;
 /// Largest number of points per worker in the first sample.
 const POINTS_A_WORKER: usize = 8;
 
-/// Memory that a measured cycle occupies until its point is finished, estimated \[bytes\]. Runs of shipped manifests
-/// with a budget of 160 000 cycles take 18 to 44 MB more than a plan that tries their points out.
+/// Memory that a measured cycle occupies until its point is finished, estimated \[bytes\]. Runs of the
+/// supplied manifests with up to 160 000 cycles take 18 to 44 MB more than their calibration.
 const CYCLE_BYTES: u64 = 300;
 
 /// Largest number of cycles whose memory is counted. Records of one trajectory do not grow from 10⁵ to 10⁷ cycles
@@ -46,8 +47,8 @@ const MOST_A_WORKER: usize = 64;
 /// Smallest sample of a larger job: fewer points may all have motion that settles quickly.
 const SMALLEST_SAMPLE: usize = 8;
 
-/// Processor time of the calibration, divided by the smallest expected time of the run. One point is tried out in any
-/// case.
+/// Largest processor time of the calibration, divided by the smallest expected time of the run. One point is
+/// tried out in any case.
 const CALIBRATION_SHARE: f64 = 0.03;
 
 /// Processor time that the calibration may take in any case \[s\].
@@ -63,7 +64,7 @@ pub struct Forecast {
     pub points: u64,
     /// Points of a chain; 1 if points are independent.
     pub chain_length: u64,
-    /// Pieces of work that can run at the same time; more threads would idle. A refined grid has any number.
+    /// Pieces of work that can run at the same time; more threads would idle. Unlimited for a refined grid.
     #[serde(skip)]
     pub pieces: u64,
     /// Mesh tables that are needed, including those already computed.
@@ -146,7 +147,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
 
     let mut time = workload.wall_time(&sampled);
     time.expected += refining / threads as f64;
-    // A change may appear and disappear between two neighbours.
+    // The motion may change and change back between two neighbours of the sample.
     time.high += 2.0 * refining / threads as f64;
     // A small sample may have only points whose motion settles, while the others do not.
     if sampled.len() < least && most.is_finite() {
@@ -185,7 +186,7 @@ struct Calibration<'a> {
     least: usize,
     /// Processor time of the process at the start of the calibration \[s\].
     begun: f64,
-    /// The clock for points.
+    /// The clock that times points.
     clock: ProcessorClock,
     /// Raised when the time is over.
     over: AtomicBool,
@@ -358,7 +359,7 @@ fn memory(peak: u64, journal: u64) -> u64 {
     (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST_ROW_BYTES)
 }
 
-/// Size of the first sample.
+/// Number of points in the first sample.
 fn sample(points: usize, threads: usize) -> usize {
     (points / 4).clamp(2, POINTS_A_WORKER * threads.max(2))
 }

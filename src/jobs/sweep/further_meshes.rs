@@ -1,5 +1,5 @@
-//! Further meshes of a train that are computed from the drawing of their gears: their laws under the mean load of a
-//! point.
+//! Force laws of the further meshes of a train, computed from the drawing of their gears under the mean load
+//! of a point.
 
 use super::mesh_error::MeshError;
 use super::mesh_tables::MeshTables;
@@ -22,7 +22,7 @@ pub struct FurtherMeshError {
     pub error: MeshError,
 }
 
-/// The structure of a point, with the laws of its further meshes.
+/// The structure of a point, with the force laws of its further meshes.
 ///
 /// # Errors
 /// [`FurtherMeshError`].
@@ -78,8 +78,8 @@ fn with_divisions<'s>(
     Ok(Cow::Owned(changed))
 }
 
-/// Applies a function to every further mesh from a drawing: to its first contact, drawing and mean force \[N\]. Returns
-/// the results with the names of the gears.
+/// Calls `of` for every further mesh from a drawing, with the index of its first contact, its drawing and its
+/// mean force \[N\]. Returns the results with the names of the gears.
 pub(super) fn each<T>(
     structure: &ModalStructure,
     point: &PointSpec,

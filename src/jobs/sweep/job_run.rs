@@ -66,8 +66,8 @@ pub fn this_machine() -> (Option<Topology>, Vec<String>) {
 }
 
 impl JobRun<'_> {
-    /// Continues from the journal of the folder, or starts one. Afterwards there is a record and no journal, or both if
-    /// `interrupt` was raised.
+    /// Continues from the journal of the folder, or starts a new one. A complete run leaves a record and no
+    /// journal. An interrupted run leaves both.
     ///
     /// # Errors
     /// [`JobRunError`]; the journal keeps its points.

@@ -1,5 +1,5 @@
-//! Tables of kernels of a job: fetched from the cache or computed, once for all points that share them. On a machine
-//! with several NUMA nodes they are copied if that pays.
+//! Tables of kernels of a job: fetched from the cache or computed, once for all points that share them. On a
+//! machine with several NUMA nodes they are copied if that saves time.
 
 use super::shared::lock;
 use crate::model::Model;
@@ -10,15 +10,15 @@ use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, Weak};
 
-/// If more tables are known, those that no kernel uses are forgotten.
+/// Largest number of known tables. Beyond it, tables that no kernel uses are removed.
 const MOST_PLACES: usize = 1 << 14;
 
-/// Largest number of recently used small tables in memory, and their total size. A plane of small structures then reads
-/// every file once. The latest [`TABLES_AT_HAND`] tables stay in memory at any size.
+/// Largest number of recently used small tables in memory, and their total size \[bytes\]: a plane of small
+/// structures then reads every file once. The latest [`TABLES_AT_HAND`] tables stay in memory at any size.
 const MOST_SMALL_TABLES: usize = 256;
 const MOST_SMALL_BYTES: usize = 1 << 20;
 
-/// A table, as long as a kernel uses it, or the reason why the model has none, which is determined once.
+/// A table while a kernel uses it, or the reason why the model has none. The reason is determined once.
 type Place = Arc<Mutex<Result<Weak<KernelArrays>, TableError>>>;
 
 /// The state that workers of all nodes share.
@@ -95,7 +95,7 @@ impl KernelTables {
         Ok(near)
     }
 
-    /// A table in memory, which becomes the most recently used one.
+    /// Finds a table in memory and makes it the most recently used one.
     fn found(&self, path: &Path) -> Option<Arc<KernelArrays>> {
         let mut at_hand = lock(&self.at_hand);
         let place =
@@ -106,7 +106,7 @@ impl KernelTables {
         Some(found)
     }
 
-    /// Calls `visit` for each copy of the node.
+    /// Calls `visit` with the longest array of each copy of the node.
     pub(super) fn for_each_copy(&self, mut visit: impl FnMut(&[f64])) {
         for (_, table) in lock(&self.at_hand).iter() {
             let pays = self
@@ -130,7 +130,7 @@ impl Common {
         let nothing = || Arc::new(Mutex::new(Ok(Weak::new())));
         let mut places = lock(&self.places);
         if places.len() >= MOST_PLACES && !places.contains_key(path) {
-            // Nobody waits for these or uses their tables.
+            // Keep only tables that a worker waits for or a kernel uses.
             places.retain(|_, place| Arc::strong_count(place) > 1 || is_used(place));
         }
         let place = (places.entry(path.into())).or_insert_with(nothing).clone();

@@ -48,7 +48,8 @@ pub(super) fn layout(job: &Job, shard: Option<Shard>) -> ResultLayout {
     }
 }
 
-/// Names of the elements of lists, if the first and the last variant, which have the ends of every axis, agree.
+/// Names of the elements of lists, if the first and the last variant agree. These two have the ends of every
+/// axis.
 fn elements(job: &Job) -> Vec<(ListElement, Vec<String>)> {
     let variants = job.points.variants();
     let (Some(first), Some(last)) = (variants.first(), variants.last()) else {

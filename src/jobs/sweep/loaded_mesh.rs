@@ -21,8 +21,8 @@ pub struct LoadedMesh {
     pub stiffness: [f64; 3],
     /// Mean number of pairs that carry load.
     pub contact_ratio: f64,
-    /// Number of joined pieces ([`JoinedPieces`](crate::gear::JoinedPieces)), with the error of their stiffness and
-    /// of their friction and load centroid; `None` if the mesh has segments or springs.
+    /// Number of joined pieces ([`JoinedPieces`](crate::gear::JoinedPieces)), the error of their stiffness,
+    /// and the error of their friction and load centroid; `None` if the mesh has segments or springs.
     pub course: Option<(usize, [f64; 2])>,
 }
 
@@ -49,8 +49,8 @@ impl LoadedMesh {
     }
 }
 
-/// The first mesh of a point whose stiffness comes from the table of `spec`. The structure of a train determines how
-/// load and drag reach this mesh.
+/// The first mesh of a point whose stiffness comes from the table of `spec`. The structure of a train
+/// determines which part of load and drag acts on this mesh.
 ///
 /// # Errors
 /// The gears do not mesh, or the load cannot be shared.
@@ -96,7 +96,7 @@ pub(super) fn mean_stiffness(
     Ok(first_cycle(point, spec, Some(structure), meshes)?.mean_stiffness())
 }
 
-/// The cycle of the first mesh.
+/// The cycle of the first mesh under the mean load, before the shafts tilt.
 fn first_cycle(
     point: &PointSpec,
     spec: &MeshTableSpec,
@@ -108,7 +108,7 @@ fn first_cycle(
         first_force(structure, point)
     });
     let force = match (spec.division, force == 0.0) {
-        // The load does not change the stiffness of springs of pairs. The rated load represents any.
+        // Springs of pairs need no mean load. Without one, use the rated load.
         (CycleDivision::Pairs { .. }, true) => rated,
         _ => flank_load(force)?,
     };

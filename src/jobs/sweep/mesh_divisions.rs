@@ -16,7 +16,7 @@ const STIFFNESS_TOLERANCE: f64 = 1e-5;
 /// Largest relative deviation of load centroid and friction from the means of a piece, times its length.
 const TURNING_TOLERANCE: f64 = 2.5e-4;
 
-/// Joined pieces up to this length \[cycles\] have means, whatever the deviation.
+/// Joined pieces up to this length \[cycles\] use means, whatever the deviation.
 const SHORTEST_TURNING_PIECE: f64 = 1.0 / 24.0;
 
 // A piece of a table becomes the stiffness of a segment term by term.
@@ -126,7 +126,7 @@ fn segment_ends(cycle: &MeshTableCycle, count: u32, cut: bool) -> Vec<f64> {
     ends
 }
 
-/// A series between two phases inside one piece.
+/// The series of a piece, restricted to the interval between two phases inside it.
 fn part(
     pieces: &[MeshTablePiece],
     [start, end]: [f64; 2],

@@ -15,7 +15,7 @@ pub enum MeshError {
     /// The gears do not mesh.
     #[error(transparent)]
     Gear(#[from] GearError),
-    /// The load under some misalignment cannot be shared.
+    /// The pairs of teeth cannot share the load at some misalignment.
     #[error(transparent)]
     Table(#[from] MeshTableError),
     /// The table can neither be read nor computed.

@@ -19,7 +19,7 @@ use crate::structure::ModalStructure;
 use std::collections::BTreeSet;
 use std::sync::{Arc, Mutex};
 
-/// Longest piece of a table, in mesh cycles: polynomials would not resolve longer ones.
+/// Longest piece of a table \[mesh cycles\]. The polynomials do not resolve longer pieces.
 const LONGEST_PIECE: f64 = 0.25;
 
 /// Largest relative error of a table: a tenth of the tolerance of its joined pieces.
@@ -38,13 +38,13 @@ pub struct TabledMesh {
     pub divisions: Vec<Division>,
     /// The divisions of further springs, if every pair of teeth is a spring.
     pub further: Vec<Vec<Division>>,
-    /// The divisions of all springs of drive and coast flanks in every mesh cycle of a revolution, if pairs are springs and
-    /// single teeth differ; otherwise empty.
+    /// The divisions of all springs of drive and coast flanks in every mesh cycle of a revolution. Empty
+    /// unless pairs are springs and single teeth differ.
     pub tooth_cycles: ToothCycles,
     /// Mean stiffness \[N/m\].
     pub mean_stiffness: f64,
-    /// Harmonics of the transmission error for the error of loaded flanks, if the divisions do not include it:
-    /// (multiple of the mesh frequency, amplitude \[m\], phase \[rad\]).
+    /// Harmonics of the transmission error that represent the error of loaded flanks; empty if the divisions
+    /// include this error.
     pub transmission_error: Vec<MeshHarmonic>,
     /// How the misalignment under load was found; `None` if shafts do not tilt.
     pub tilt: Option<MisalignmentReport>,
@@ -52,7 +52,7 @@ pub struct TabledMesh {
     pub under_load: Option<MeshUnderLoad>,
 }
 
-/// The conditions for which a mesh is computed.
+/// The load and the other conditions for which a mesh is computed.
 #[derive(Debug, Clone, Copy)]
 struct MeanLoad {
     /// Mean mesh force \[N\].
@@ -314,8 +314,8 @@ impl MeshTables {
         self.scaled(&drawn.table, drawn.misalignment, flank_load(force)?)
     }
 
-    /// The cycle at a misalignment \[rad\] and a mesh force \[N\]; if [`is_scaled`], with the mean stiffness of the
-    /// tangent.
+    /// The cycle at a misalignment \[rad\] and a mesh force \[N\]. If [`is_scaled`], its stiffness is scaled
+    /// to the mean of the tangent stiffness.
     pub(super) fn scaled(
         &self,
         spec: &MeshTableSpec,
@@ -366,8 +366,9 @@ fn centroid_moves(gears: &GearPair, misalignment: f64) -> bool {
     misalignment != 0.0 || gears.helix_angle != 0.0 || gears.form.has_modified_lead()
 }
 
-/// Whether the secant stiffness is scaled to the mean of the tangent's. Contact that spreads along the face stiffens
-/// with the load, and on average from the first touch it is half as stiff as the tangent.
+/// Whether the secant stiffness is scaled to the mean of the tangent stiffness. If contact spreads along the
+/// face, the mesh stiffens with the load. Its secant stiffness from the first touch is then on average half
+/// the tangent stiffness.
 fn is_scaled(spec: &MeshTableSpec, misalignment: f64) -> bool {
     !spec.stiffness.is_tangent() && centroid_moves(&spec.gears, misalignment)
 }

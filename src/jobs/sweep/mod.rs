@@ -1,4 +1,4 @@
-//! A grid of operating points over the cores of this machine.
+//! Computes a grid of operating points on the cores of this machine.
 //!
 //! Workers of a rayon pool take chains, long ones first, and compute their points one by one. A writer thread, fed
 //! through a bounded channel, streams the rows to Parquet in point order. A chain is one point, or all points along an
@@ -6,8 +6,8 @@
 //! any number of threads. A point that fails or panics becomes a row and does not end the job. Every row is in the
 //! journal before it reaches the writer, so that a killed run can be resumed.
 //!
-//! The points of a refined grid depend on results. It is computed in rounds, and its tables are written after the last
-//! one.
+//! Results determine which points a refined grid needs. It is computed in rounds, and its tables are written
+//! after the last one.
 
 mod branch_tables;
 pub mod build;

@@ -1,5 +1,5 @@
-//! By which length are orbits of an oscillator measured? By the size of its motion: there is no half gap as a scale,
-//! and distances must not depend on the length in a manifest.
+//! The length by which orbits of an oscillator are measured: the size of its motion. An oscillator has no
+//! half gap as a scale, and distances must not depend on the length in a manifest.
 
 use super::family::PointFamily;
 use crate::analysis::continuation::drive::DriveMap;
@@ -10,8 +10,9 @@ use crate::model::InitialState;
 /// Cycles before the measurement of the motion, and cycles of the measurement.
 const CYCLES: [u64; 2] = [100, 64];
 
-/// The family with the size of its motion, at some values of the parameters, as the scale of lengths: a power of two,
-/// so that round-off does not change it. A family with flanks keeps its half gap, and one without motion its scale.
+/// The family, with the size of its motion at `at` as the scale of lengths. The scale is rounded to a power
+/// of two, so that round-off in the motion does not change it. A family with flanks keeps its half gap, and
+/// one without motion its scale.
 ///
 /// # Errors
 /// [`MapError`] if the model cannot be built.

@@ -19,7 +19,7 @@ impl<K, V> Default for NodeCopies<K, V> {
 }
 
 impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
-    /// The copy; if there is none yet, it is made from the result of `far`, and other threads wait.
+    /// The copy. If there is none yet, it is made from the result of `far`, and other threads wait.
     pub fn get<E>(&self, key: K, far: impl FnOnce() -> Result<Arc<V>, E>) -> Result<Arc<V>, E> {
         let mut copies = lock(&self.0);
         if let Some(copy) = copies.get(&key) {

@@ -1,4 +1,4 @@
-//! How does a mesh whose pairs of teeth are springs of their own become divisions, with teeth that differ?
+//! How does a mesh become divisions if every pair of teeth is a separate spring? Single teeth may differ.
 
 use super::mesh_divisions::spring_divisions;
 use super::mesh_error::MeshError;
@@ -19,14 +19,14 @@ pub(super) struct PairDivisions {
     pub tooth_cycles: ToothCycles,
 }
 
-/// What the springs of pairs are made from.
+/// The data from which the springs of pairs are made.
 pub(super) struct PairSprings<'a> {
     pub spec: &'a MeshTableSpec,
     pub misalignment: f64,
     /// Slices of the face.
     pub slices: usize,
-    /// Force at which the linearised contact flattens as much as the real one, its secant \[N\]. Without effect if the
-    /// contact is linear.
+    /// Force \[N\] at which the linearised contact has the same flattening as the real one (its secant). It
+    /// has no effect if the contact is linear.
     pub force: f64,
 }
 
@@ -154,14 +154,15 @@ impl PairSprings<'_> {
     }
 }
 
-/// The cycles of coast flanks as mirror images of cycles of drive flanks: the time t is `turn − t` \[cycles\] there. `drive`
-/// has the springs of every cycle.
+/// The cycles of coast flanks as mirror images of cycles of drive flanks: the time t becomes `turn − t`
+/// \[cycles\]. `drive` has the springs of every cycle.
 fn mirrored(drive: &[Vec<Vec<Division>>], turn: f64) -> Vec<Vec<Vec<Division>>> {
     let (whole, rest) = (turn.floor(), turn - turn.floor());
     let count = drive.len() as i64;
     (0..count)
         .map(|cycle| {
-            // Up to the phase `rest`, a cycle mirrors one cycle; from there on the one before.
+            // Up to the phase `rest`, a coast cycle mirrors one drive cycle; from there on, the drive cycle
+            // before it.
             let [early, late] = [0, 1]
                 .map(|before| &drive[(whole as i64 - cycle - before).rem_euclid(count) as usize]);
             let spliced = |(early, late): (&Vec<Division>, &Vec<Division>)| {

@@ -51,8 +51,8 @@ pub fn needed_tables(job: &Job, points: impl IntoIterator<Item = usize>) -> usiz
     needed_meshes(job, points).count()
 }
 
-/// A structure's specification, compared by the address of its source, which is much faster than by its text. It keeps the
-/// source, so that the address stays in use.
+/// The specification of a structure. Specifications are compared by the address of their source, which is
+/// much faster than by their text. Each keeps its source, so that no other source gets this address.
 #[derive(Debug, Clone)]
 struct Place(StructureSource, [usize; 2], bool);
 
@@ -92,8 +92,8 @@ pub fn structures(job: &Job) -> usize {
     places.collect::<HashSet<_>>().len()
 }
 
-/// Largest number of structures in memory: each point of a plane over numbers of a modal file and each sampled drive has
-/// its own. One of 40 modes with shafts takes some 120 KB.
+/// Largest number of structures in memory. Each sampled drive has a separate structure, and so has each point
+/// of a plane over numbers of a modal file. A structure of 40 modes with shafts takes some 120 KB.
 const MOST_STRUCTURES: usize = 1 << 11;
 
 /// Structures that all nodes share.
@@ -114,7 +114,7 @@ impl Structures {
             *self = Self::default();
         }
         let found = match &spec.source {
-            // The text takes longer than the structure.
+            // Writing the text would take longer than computing the structure.
             StructureSource::Modal(_) => Arc::new(structure(spec)?),
             _ => self.of_text(spec)?,
         };
@@ -169,8 +169,8 @@ impl Prepared {
         }
     }
 
-    /// The parts of a job. With distributions, each sample may need a separate kernel table that no later run uses:
-    /// these are not stored.
+    /// The parts of a job. With distributions, each sample may need a separate kernel table that no later run
+    /// uses. These tables are not stored.
     pub fn of_job(job: &Job, tables: TableStore) -> Self {
         let mut parts = Self::new(tables);
         if job.samples.is_some() {

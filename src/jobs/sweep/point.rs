@@ -26,7 +26,7 @@ pub struct Worker<'a> {
     pub index: u32,
     /// The machine, if known.
     pub topology: Option<&'a Topology>,
-    /// Its seat beside others in the same thread.
+    /// Its seat if one thread computes several points side by side.
     pub seat: Option<&'a Seat<'a>>,
 }
 
@@ -105,8 +105,9 @@ impl PointResult {
     }
 }
 
-/// Computes a point, from `run.initial` or from the end of another point, beside others if it has a seat. A model that cannot be built, or a panic,
-/// gives the status `failed` and the reason.
+/// Computes a point, from `run.initial` or from the end of another point. If it has a seat, the thread
+/// computes other points side by side with it. A model that cannot be built, or a panic, gives the status
+/// `failed` and the reason.
 pub(super) fn compute_point(
     point: &PointSpec,
     start: Option<CarriedState<'_>>,
@@ -237,7 +238,7 @@ impl KernelUse for PointTask<'_> {
         outcome.cycles += multistability.iter().map(|m| m.cycles()).sum::<u64>();
         laps.end(Step::Multistability, self.probes.is_some());
         let whole = matches!(outcome.status, Status::Ok | Status::NotConverged);
-        // The integration of the survey is not part of the chain.
+        // The survey integrates a copy, so the chain does not include its cycles.
         let orbits = match &self.analyses.orbits {
             Some(config) if whole => {
                 let mut onward = trajectory.clone();

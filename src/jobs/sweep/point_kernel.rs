@@ -19,7 +19,7 @@ pub struct PointKernel {
     pub why: Option<Why>,
     /// Setting in the manifest.
     setting: KernelSetting,
-    /// The tables by which closed modes were chosen.
+    /// The tables that were read when closed modes were chosen.
     systems: Option<Arc<KernelArrays>>,
     event_limit: u32,
 }
@@ -85,7 +85,7 @@ impl PointKernel {
     }
 }
 
-/// Why a model gets closed modes, with their tables, or why not.
+/// Why closed modes suit a model, with their tables, or why they do not.
 fn systems(
     model: &Model,
     portable: bool,

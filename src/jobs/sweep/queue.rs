@@ -123,8 +123,8 @@ enum NextAction {
 }
 
 impl<'a> Queue<'a> {
-    /// A queue of the chains that an earlier run has left of a selection. The job has `shards` shards; workers run on nodes
-    /// with separate tables.
+    /// A queue of the chains of a selection that an earlier run has not finished. The job has `shards`
+    /// shards. `nodes` is the number of NUMA nodes whose workers have separate tables.
     pub(super) fn new(
         job: &'a Job,
         selection: ChainSelection,
@@ -202,8 +202,9 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// The next chain for a worker of a node with separate tables, when `written` points have left the writer's memory.
-    /// The oldest chain can always be taken once all chains before it are written.
+    /// The next chain for a worker, when `written` points have left the writer's memory. `node` is the node
+    /// of the worker if nodes have separate tables. The oldest chain can always be taken once all chains
+    /// before it are written.
     fn next(&self, written: u64, node: Option<usize>) -> NextAction {
         let mut state = self.state();
         self.fill(&mut state);

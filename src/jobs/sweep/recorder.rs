@@ -48,7 +48,7 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Counts a finished point; its cycles only if this run integrated them.
+    /// Counts a finished point, without its cycles.
     pub(super) fn count(&mut self, row: &PointRow) {
         let status = &row.outcome.status;
         self.done += 1;
@@ -78,7 +78,7 @@ pub trait ProgressObserver: Send {
     /// A warning for the user, one sentence.
     fn warning(&mut self, sentence: &str);
 
-    /// All mesh tables were read or computed, and the first point has not started.
+    /// One more mesh table was read or computed; the number of these so far. The first point has not started.
     fn prepared(&mut self, _tables: u64) {}
 
     /// No more points are computed; the finished ones are being written.

@@ -7,8 +7,8 @@
 //! whatever its size. The points of a round depend only on earlier results, not on the time of their computation: a
 //! journal is read first, and rounds omit its points.
 //!
-//! An uncertain class is not compared: not converged, transient chaos, or chaos whose exponent is within its error of
-//! 0. On a map, a long period counts as quasi-periodic.
+//! An uncertain class is not compared: not converged, transient chaos, or chaos whose exponent is within its
+//! error of 0. A period longer than `longest_period` counts as quasi-periodic.
 
 use crate::analysis::{Class, NvhStatistics};
 use crate::manifest::{Criterion, Refine};
@@ -147,7 +147,7 @@ impl Refinement {
         Some(cell.edges(axis).map(|[from, to]| middle(from, to)))
     }
 
-    /// Whether two points of an edge differ. Smaller neighbours have halved it repeatedly.
+    /// Whether two points of an edge differ. The edge also has the corners of smaller neighbours as points.
     fn varies(&self, edge: [[usize; 2]; 2]) -> bool {
         let mut along: Vec<&ComparedData> =
             edge.iter().map(|&end| &self.marks[&self.id(end)]).collect();

@@ -67,7 +67,7 @@ pub enum SweepError {
 }
 
 impl SweepError {
-    /// This number of threads cannot be started.
+    /// The error if this number of threads cannot be started.
     pub(super) fn threads(threads: usize, reason: &dyn std::error::Error) -> Self {
         Self::Threads {
             threads,
@@ -214,7 +214,7 @@ impl Sweep<'_> {
         })
     }
 
-    /// The part of a split job that its points belong to.
+    /// The shard whose tables are written; `None` if only some points are computed.
     fn shard(&self) -> Option<Shard> {
         let Options { shard, only, .. } = self.options;
         shard.filter(|_| only.is_none())
@@ -339,8 +339,8 @@ impl Shared<'_> {
         }
     }
 
-    /// The loop of worker `index` until no chain is left or the run is interrupted. Its chains do not depend on the
-    /// results of others: all chains of a job, or of a round of a refined grid.
+    /// Makes worker `index` compute chains until none is left or the run is interrupted. The chains do not
+    /// depend on each other: they are all chains of a job, or of one round of a refined grid.
     fn work(&self, queue: &Queue<'_>, index: usize, sender: &Sender<PointRow>) {
         let Sweep {
             job,

@@ -39,7 +39,7 @@ pub enum RunUpError {
         "a run-up with torques needs a rated torque, but a modal file has none; give the column `load`, a fraction of rated_force"
     )]
     NoRatedTorque,
-    /// The torque that accelerates the drive has no position.
+    /// It is unknown where the torque acts that accelerates the drive.
     #[error(
         "the speed changes, but the modal file does not tell where the torque acts that accelerates the drive; add `torque_pinion`"
     )]

@@ -82,7 +82,7 @@ pub struct Sensitivities {
 pub struct Differentiated<'a> {
     /// The point.
     pub point: &'a PointSpec,
-    /// Keys whose values differ from the manifest.
+    /// Keys whose values at the point differ from the manifest, with these values.
     pub held: &'a [(Parameter, f64)],
 }
 
@@ -198,7 +198,7 @@ impl KernelUse for Settle<'_> {
     }
 }
 
-/// The values of an orbit's quantities, with its largest multiplier.
+/// A request for the quantities of an orbit, their derivatives and its largest multiplier.
 struct Orbit<'a> {
     model: &'a Model,
     by: &'a Model,

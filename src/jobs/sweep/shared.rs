@@ -1,9 +1,9 @@
-//! What the workers of a run share, behind locks.
+//! Data that the workers of a run share, behind locks.
 
 use std::collections::HashMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// The value behind a lock, also after a panic elsewhere.
+/// Locks a value, even if a thread has panicked while it held the lock.
 pub(super) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }

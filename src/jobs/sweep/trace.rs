@@ -17,9 +17,9 @@ pub struct PointTrace<'a> {
     pub job: &'a Job,
     /// The point; it need not be on the grid.
     pub point: &'a PointSpec,
-    /// Whether it starts from the sweep that the manifest requests instead of `run.initial`.
+    /// Whether the trajectory starts from the sweep that the manifest requests; otherwise from `run.initial`.
     pub swept: bool,
-    /// The trajectory and its samples.
+    /// Which part of the trajectory is recorded, and how it is sampled.
     pub config: TraceConfig,
     /// Structures and tables that points share.
     pub parts: &'a Prepared,
@@ -66,7 +66,7 @@ impl PointTrace<'_> {
             chain_state_before(self.job, self.point, self.parts, interrupt)?
                 .start(self.job, self.point, model)
         } else {
-            // There is no sweep before the point.
+            // A point without a sweep starts from `run.initial`.
             None
         };
         let recording = Recording {
@@ -82,7 +82,7 @@ impl PointTrace<'_> {
     }
 }
 
-/// A recording, until its kernel is built.
+/// A request to record a trajectory, which a kernel carries out.
 struct Recording<'a, F> {
     model: &'a Model,
     start: TrajectoryState,

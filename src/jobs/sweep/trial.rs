@@ -1,9 +1,9 @@
 //! How long does a point take in a run? It is tried out over a few cycles.
 //!
-//! A motion that settles does so during its transient or shortly after: such a point is computed completely. For other
-//! motion, a few cycles are measured to predict the number of cycles ([`ExpectedCycles`]). Some more cycles from their end,
-//! with all observers and nothing else, give the time of one cycle. Other analyses have fewer probes, guesses and
-//! cycles.
+//! A motion that settles does so during its transient or shortly after: such a point is computed completely.
+//! For other motion, a few cycles are measured to predict the number of cycles ([`ExpectedCycles`]). Some
+//! more cycles after these, with all observers and no other analysis, give the time of one cycle. Other
+//! analyses have fewer probes, guesses and cycles.
 
 use super::build::point_config;
 use super::carried::CarriedState;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Measured cycles of motion that does not settle: more than the fewest with an error bar.
+/// Measured cycles of motion that does not settle: enough for an error bar.
 const MEASURED: u64 = 400;
 
 /// Number of cycles for timing one cycle.

@@ -1,5 +1,5 @@
-//! Which worker should take which work? Chains read tables of kernels. A worker prefers tables that its NUMA node has
-//! in memory ("at hand"), then tables whose home is this node, then others.
+//! Which worker should compute which chain? Chains read kernel tables. A worker prefers tables that its NUMA
+//! node has in memory ("at hand"), then tables whose home is this node, then others.
 //!
 //! Pure bookkeeping. The choice of a worker does not change results.
 
@@ -19,7 +19,7 @@ pub enum TableDistance {
     Elsewhere,
 }
 
-/// The tables that each NUMA node has at hand, that is, has used last.
+/// The tables that each NUMA node has at hand: those that it used most recently.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NodeTables {
     /// Tables at hand of every node, most recently used first.
@@ -41,8 +41,8 @@ impl NodeTables {
         self.at_hand.len()
     }
 
-    /// Distance of a table to the workers of a node. The table's number determines its home, so that tables need no
-    /// record while they are not at hand.
+    /// Distance of a table to the workers of a node. The home follows from the number of the table, so it
+    /// needs no record.
     pub fn distance(&self, table: Option<u64>, node: usize) -> TableDistance {
         let Some(table) = table else {
             return TableDistance::AtHand;
@@ -56,7 +56,7 @@ impl NodeTables {
         }
     }
 
-    /// A worker of a node takes work that reads a table.
+    /// Records that a worker of a node takes work that reads a table.
     pub fn take(&mut self, table: Option<u64>, node: usize) {
         let Some(table) = table else {
             return;
@@ -70,7 +70,8 @@ impl NodeTables {
         tables.truncate(TABLES_AT_HAND);
     }
 
-    /// Number of tables that another node than their home took.
+    /// Number of times that a node took a table from another node: the table was not at hand, and its home is
+    /// elsewhere.
     pub fn steals(&self) -> u64 {
         self.steals
     }

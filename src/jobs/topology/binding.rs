@@ -35,7 +35,8 @@ mod tests {
     use super::*;
     use crate::topology::sysfs;
 
-    /// Binds a thread through one reading of this machine; every reading then reports it.
+    /// Binds a thread through one description of this machine. Every new description then has only this
+    /// thread.
     fn a_thread_stays_where_it_was_bound(topology: &Topology) {
         let thread = topology.cores[topology.cores.len() - 1].threads[0];
         match topology.bind_current_thread(&[thread]) {

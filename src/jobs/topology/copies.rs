@@ -1,8 +1,8 @@
 //! Which NUMA nodes get a copy of data that all workers read?
 //!
-//! A pure decision over the places of workers. If workers are bound and run on several nodes, each node has a copy,
-//! which its workers make and read. Otherwise all share one copy, since a worker that moves would leave its copy
-//! behind.
+//! The decision depends only on the places of the workers. If workers are bound and run on several nodes,
+//! each node gets a copy, which its workers make and read. Otherwise all share one copy, because an unbound
+//! worker may move to another node.
 
 use super::{Plan, TABLES_AT_HAND, Topology};
 use std::fmt;
@@ -48,8 +48,9 @@ impl CopyRoom {
     /// Copies take at most this part, `1/SHARE`, of the free memory.
     const SHARE: u64 = 8;
 
-    /// Whether a copy of a table of `bytes` on this node saves time. A table that fits in a core's private cache is
-    /// read from another node only once. All tables at hand must leave most of the free memory to others.
+    /// Whether a copy of a table of `bytes` on this node saves time. A table that fits in a core's private
+    /// cache is read from another node only once. The copies of all tables at hand must fit in the part
+    /// `1/SHARE` of the free memory.
     pub fn should_copy(&self, bytes: u64) -> bool {
         let all = bytes.saturating_mul(TABLES_AT_HAND as u64);
         let fits = self.free.is_none_or(|free| all <= free / Self::SHARE);

@@ -1,4 +1,5 @@
-//! Who describes this machine? hwloc if the program was built with it and it works, otherwise the files of the system.
+//! Selects the source that describes this machine: hwloc if the program was built with it and it works,
+//! otherwise the files of the system.
 
 use super::description::{Topology, TopologyError};
 #[cfg(feature = "hwloc")]
@@ -18,7 +19,7 @@ impl Topology {
         sysfs::of_this_machine()
     }
 
-    /// A machine that does not exist, in hwloc's notation (`package:2 core:4 pu:2`), for trying out decisions. Nothing
+    /// A fictitious machine in hwloc's notation (`package:2 core:4 pu:2`), for trying out decisions. Nothing
     /// is bound to it.
     ///
     /// # Errors
@@ -49,7 +50,7 @@ mod tests {
         }
     }
 
-    /// On the machine of the test both sources agree, to the last thread and byte.
+    /// On the machine of the test, both sources report the same threads and the same sizes.
     #[test]
     #[cfg(feature = "hwloc")]
     fn hwloc_and_the_files_of_the_system_agree() {

@@ -55,9 +55,9 @@ pub struct NumaNode {
 /// A kind of data cache; all caches of a kind are assumed to be alike.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Cache {
-    /// 1, 2, 3 …
+    /// Level: 1, 2 or 3.
     pub level: usize,
-    /// Size of one \[bytes\].
+    /// Size of one cache \[bytes\].
     pub size: u64,
     /// Length of a line \[bytes\]; `None` if unknown.
     pub line: Option<usize>,

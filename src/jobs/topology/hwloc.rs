@@ -20,7 +20,7 @@ pub(super) fn of_this_machine() -> Option<Topology> {
     Hwloc::new().ok().map(describe)
 }
 
-/// A machine that does not exist; hwloc's message if it does not accept the description.
+/// A fictitious machine; hwloc's message if it does not accept the description.
 pub(super) fn synthetic(description: &str) -> Result<Topology, String> {
     let builder = Hwloc::builder().from_synthetic(description);
     let builder = builder.map_err(|error| error.to_string())?;
@@ -184,7 +184,7 @@ fn usable_threads(usable: &CpuSet, object: &TopologyObject) -> Vec<u32> {
 
 fn describe_cores(hwloc: &Hwloc, usable: &CpuSet) -> Vec<Core> {
     let kinds: Vec<CpuSet> = match hwloc.cpu_kinds() {
-        // The kinds are sorted by speed if it is known.
+        // hwloc sorts the kinds, slow ones first, if it knows their efficiency.
         Ok(kinds) if kinds.clone().all(|kind| kind.efficiency.is_some()) => {
             kinds.map(|kind| kind.cpuset).collect()
         }

@@ -65,7 +65,7 @@ pub(super) fn free_memory(root: &Path, node: u32) -> Option<u64> {
     kibibytes(&text, &format!("Node {node} MemFree"))
 }
 
-/// Value of the first `key : value` line.
+/// Value of the first line `key : value` with this key.
 pub fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     text.lines().find_map(|line| {
         let (name, value) = line.split_once(':')?;
@@ -73,7 +73,7 @@ pub fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     })
 }
 
-/// Value in bytes of a line that gives KiB.
+/// Value in bytes of the line with this key, which gives KiB.
 pub fn kibibytes(text: &str, key: &str) -> Option<u64> {
     let kibibytes = field(text, key)?.strip_suffix("kB")?.trim();
     Some(1024 * kibibytes.parse::<u64>().ok()?)

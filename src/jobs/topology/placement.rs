@@ -1,9 +1,10 @@
 //! Which core does a worker run on?
 //!
-//! A pure decision over a list of cores. Each core gets one worker, fast cores first, spread over NUMA nodes and
-//! packages if cores outnumber workers. Second hardware threads are used only if workers outnumber cores. Workers are
-//! pinned if they take every core. Fewer workers are not pinned: the system may move them away from other programs,
-//! and from other shards of the job, which would use the same cores.
+//! The decision depends only on a list of cores. Each core gets one worker, fast cores first. If there are
+//! more cores than workers, the workers are spread over NUMA nodes and packages. Second hardware threads are
+//! used only if there are more workers than cores. Workers are pinned if they take every core. Fewer workers
+//! are not pinned: the system may then move them away from cores that other programs, or other shards of the
+//! job, use.
 
 use super::Core;
 use std::cmp::Reverse;

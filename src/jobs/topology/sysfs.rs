@@ -37,8 +37,9 @@ pub(super) fn of_this_machine() -> Result<Topology, TopologyError> {
     read(Tree::new(Path::new("/")), bound, true)
 }
 
-/// The machine of a tree. `bound` is the set of threads that the calling thread is bound to, if known from another
-/// source than the tree. A mask of the usual size holds at most 1024 processors.
+/// The machine that a tree of files describes. `bound` has the threads that the calling thread is bound to;
+/// if it is `None`, the tree gives them. On machines with more than 1024 processors, the system refuses an
+/// affinity mask of the usual size.
 fn read(tree: Tree, bound: Option<Set>, here: bool) -> Result<Topology, TopologyError> {
     let bound = bound.or_else(|| tree.bound());
     let online = tree.list("sys/devices/system/cpu/online");
@@ -117,7 +118,7 @@ struct ThreadCache {
     threads: Set,
 }
 
-/// The cores of some threads.
+/// The cores to which some threads belong.
 fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
     let mut units = BTreeMap::new();
     for &thread in threads {
@@ -184,8 +185,8 @@ fn bytes(text: &str) -> u64 {
     digits.parse::<u64>().map_or(0, |number| number * unit)
 }
 
-/// Orders cores by the sets around them, largest first, so that neighbours share caches. Sets around a core contain
-/// each other, so their first threads, from the largest set to the smallest, order a tree.
+/// Orders cores so that neighbours share caches. The sets of threads around a core are nested. The sort key
+/// of a core is the first threads of these sets, from the largest set to the smallest.
 fn order(units: Vec<Unit>, nodes: &[Node]) -> Vec<Unit> {
     let place = |unit: &Unit| {
         let mut around = unit.around.clone();
@@ -231,7 +232,7 @@ fn kinds(tree: &Tree, units: &[Unit]) -> Vec<u32> {
     units.iter().map(of).collect()
 }
 
-/// Every kind of cache; the first cache of a level represents all.
+/// One entry per level of cache. The first cache of a level represents all.
 fn caches(units: &[Unit], allowed: &Set) -> Vec<Cache> {
     let mut levels: BTreeMap<usize, (Cache, BTreeSet<&Set>)> = BTreeMap::new();
     for cache in units.iter().flat_map(|unit| &unit.caches) {
@@ -305,7 +306,7 @@ fn nearest(nodes: &[Node], threads: &Set) -> u32 {
     nearest.or(nodes.first()).map_or(0, |node| node.index)
 }
 
-/// The files, for later queries.
+/// The files of the system, which answer later queries.
 #[derive(Debug)]
 struct Files {
     tree: Tree,

@@ -1,4 +1,4 @@
-//! Unit expressions: `kg*m^2`, `N*m/rad`, `kN/mm` as a power of ten, a factor and the
+//! Unit expressions such as `kg*m^2`, `N*m/rad`, `kN/mm`. Each becomes a power of ten, a factor and the
 //! exponents of kg, m, s and rad.
 
 use std::f64::consts::PI;
@@ -16,12 +16,12 @@ pub(super) struct Unit {
     pub exponents: Exponents,
 }
 
-/// The part of an expression that is not a unit.
+/// The error for an expression: its part that is not a unit.
 pub(super) struct UnitError {
     pub part: String,
 }
 
-/// A unit with a symbol.
+/// A unit symbol and its value in SI, `10^ten · factor`.
 pub(super) struct Symbol {
     pub text: &'static str,
     ten: i32,
@@ -70,7 +70,7 @@ pub(super) const SYMBOLS: [Symbol; 17] = [
     symbol("t", 3, 1.0, [1, 0, 0, 0]),
 ];
 
-/// Both code points of the micro sign are in use: U+00B5 and U+03BC.
+/// Metric prefixes and their powers of ten. Two code points of the micro sign are in use: U+00B5 and U+03BC.
 pub(super) const PREFIXES: [(char, i32); 10] = [
     ('G', 9),
     ('M', 6),
@@ -84,7 +84,7 @@ pub(super) const PREFIXES: [(char, i32); 10] = [
     ('p', -12),
 ];
 
-/// Largest power of a factor; larger ones are typing errors.
+/// Largest absolute power of a factor. A larger one is a typing error.
 const MAX_POWER: u32 = 9;
 
 /// Reads a unit expression without blanks at its ends.

@@ -11,7 +11,7 @@ mod tests;
 
 use expression::{Exponents, UnitError};
 
-/// A number with `decimals` decimals, in scientific form if that would be too long.
+/// A number with `decimals` decimals. From 1e7 on, it is in scientific form with two decimals.
 pub fn short(value: f64, decimals: usize) -> String {
     if value.abs() < 1e7 {
         format!("{value:.decimals$}")
@@ -67,7 +67,7 @@ pub enum Dimension {
     Ratio,
     /// Participation of a mass-normalised mode \[1/√kg\]; bare numbers only.
     Participation,
-    /// Participation by length, or modal force of a unit torque \[1/(m √kg)\]; bare numbers only.
+    /// Modal participation per unit length, or modal force of a unit torque \[1/(m √kg)\]; bare numbers only.
     ParticipationByLength,
     /// Force per unit modal displacement \[N/(m √kg)\]; bare numbers only.
     ForceByModalDisplacement,
@@ -79,7 +79,7 @@ pub enum Dimension {
     ModalStiffness,
     /// Force on a mass-normalised mode \[N/√kg\]; bare numbers only.
     ModalForce,
-    /// Force on a mass-normalised mode by speed \[N s/(rad √kg)\]; bare numbers only.
+    /// Force on a mass-normalised mode per unit angular speed \[N s/(rad √kg)\]; bare numbers only.
     ModalForceBySpeed,
     /// Mass-normalised modal displacement \[m √kg\]; bare numbers only.
     ModalDisplacement,
@@ -224,7 +224,7 @@ pub enum QuantityError {
     WrongKind {
         /// The unit as written.
         unit: String,
-        /// Its dimension, if it has a name here.
+        /// Its dimension; `None` if no [`Dimension`] has its exponents.
         found: Option<Dimension>,
         /// The expected dimension.
         wanted: Dimension,
@@ -273,7 +273,7 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
 ///
 /// # Errors
 ///
-/// As [`parse`]; also [`QuantityError::UnknownUnit`] if the unit is well formed but its dimension has no name here.
+/// As [`parse`]; also [`QuantityError::UnknownUnit`] if no [`Dimension`] has the exponents of the unit.
 pub fn parse_any(text: &str) -> Result<(f64, Dimension), QuantityError> {
     let (value, exponents, unit) = parse_exponents(text)?;
     match Dimension::from_exponents(exponents) {
@@ -291,8 +291,8 @@ pub fn conversion(from: &str, to: &str) -> Option<f64> {
     (from.exponents == to.exponents && ratio.is_finite() && ratio > 0.0).then_some(ratio)
 }
 
-/// The number of a text `number unit`, and its unit, which may be empty; `None` if the text does not begin with a
-/// number.
+/// The number of a text `number unit`, and its unit, which may be empty. `None` if the text does not begin
+/// with a finite number.
 pub fn split(text: &str) -> Option<(f64, &str)> {
     let (number, unit) = split_number(text.trim())?;
     let number = scaled(number, 0).filter(|number| number.is_finite())?;

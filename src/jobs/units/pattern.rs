@@ -12,7 +12,8 @@ impl Dimension {
     /// not `"15 N/mm"` as a force.
     pub fn pattern(self) -> Option<String> {
         let mut allowed = self.exponents()?.0.map(|exponent| exponent != 0);
-        // Units of force and pressure cancel metres and seconds: N/m is kg/s².
+        // A dimension with mass can be written with N or Pa, which contain m and s: N/m is kg/s². Allow m and
+        // s.
         if allowed[0] {
             allowed[1] = true;
             allowed[2] = true;
@@ -24,7 +25,7 @@ impl Dimension {
                 .iter()
                 .filter(|symbol| symbol.takes_prefix == prefixed && fits(symbol.exponents))
                 .map(|symbol| symbol.text)
-                // The numerator of units such as 1/s is not in the list, and "0.1" has no unit.
+                // Omit the unit `1`. With it, the bare number `0.1` would match as `0.` with the unit `1`.
                 .filter(|text| *text != "1")
                 .collect()
         };

@@ -42,7 +42,7 @@ pub struct Description {
     pub memory_available: Option<u64>,
     /// Largest memory that a control group grants \[bytes\].
     pub memory_limit: Option<u64>,
-    /// Pages larger than usual.
+    /// Huge pages: pages of memory larger than usual.
     pub huge_pages: HugePages,
     /// The processor's rule for its frequency; absent if the system does not control it.
     pub governor: Option<String>,
@@ -67,7 +67,7 @@ pub struct NodeRecord {
     pub distances: Vec<u32>,
 }
 
-/// Pages larger than usual.
+/// Huge pages: pages of memory larger than usual.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct HugePages {
     /// When the system makes them automatically: always, madvise (on request) or never.

@@ -10,7 +10,8 @@ use std::fmt;
 pub struct MountainKey {
     /// Size of the buffer \[bytes\].
     pub size: u64,
-    /// Distance between lines \[bytes\]. Every line is read once per pass, in `stride` over line size sweeps.
+    /// Distance between cache lines that are read in succession \[bytes\]. A pass reads every line once, in
+    /// `stride` over line size sweeps.
     pub stride: u64,
 }
 

@@ -16,7 +16,8 @@ pub struct Figure {
     pub best: f64,
     /// Median of all repetitions.
     pub median: f64,
-    /// Relative interval around `value` that contains another run's value with 95 %; absent after one round.
+    /// Half width of the 95 % prediction interval for the value of another run, relative to `value`; absent
+    /// after one round.
     pub spread: Option<f64>,
     /// Number of rounds.
     pub rounds: u64,
@@ -27,19 +28,19 @@ pub struct Figure {
 /// A row of a measurement's file: the key and the result.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Measurement<K> {
-    /// The key.
+    /// The key, which identifies the measurement.
     #[serde(flatten)]
     pub key: K,
     /// The result.
     pub figure: Figure,
 }
 
-/// The key of a measurement's row, which distinguishes it from the others, with further columns.
+/// The key of a measurement: the quantities that distinguish it from others, and further columns.
 pub trait Key: Sized + 'static {
     /// Name of the measurement and, with `.parquet`, of its file.
     const NAME: &'static str;
 
-    /// Name of the figure's columns, its unit, and its description.
+    /// Name, unit and description of the measured figure.
     const MEASURED: [&'static str; 3];
 
     /// The key in words, equal for the same measurement in another run.

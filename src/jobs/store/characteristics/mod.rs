@@ -24,7 +24,7 @@ use std::path::Path;
 /// Version of `machine.json`.
 const FORMAT: &str = "atlas-machine-4";
 
-/// The file that holds everything.
+/// The file with all measurements.
 pub(super) use crate::store::error::MACHINE as RECORD;
 
 /// The fields that every version of the record has.
@@ -62,7 +62,7 @@ pub struct Characteristics {
     pub arithmetic: Vec<Measurement<ArithmeticKey>>,
     /// Integrating the default drive on many threads.
     pub solver: Vec<Measurement<SolverKey>>,
-    /// Kernels under the roof of arithmetic and bandwidth.
+    /// Kernels in the roofline model: their rates, limited by arithmetic and bandwidth.
     pub roofline: Vec<RoofRow>,
     /// Measurements that were not possible, with the reason, one sentence each.
     pub missing: Vec<String>,

@@ -32,7 +32,7 @@ fn inputs() -> Value {
 
 const INPUTS: &str = r#"{"module":0.003,"teeth":[25,31]}"#;
 
-/// Numbers whose bits arithmetic would not keep.
+/// Numbers whose bits would change in a conversion or a comparison.
 fn numbers() -> Numbers {
     let odd = [f64::NAN, -0.0, f64::MIN_POSITIVE / 4.0, f64::INFINITY, 0.1];
     Numbers(odd.to_vec())

@@ -1200,7 +1200,6 @@ fn what_is_not_finite_becomes_a_null_and_is_named() {
     );
 }
 
-/// With equal placement, files are equal byte by byte: values, row groups and encoding depend on the points alone.
 /// The tables of a [`full`] point.
 const TABLES: [&str; 8] = [
     "attractors.parquet",
@@ -1213,6 +1212,8 @@ const TABLES: [&str; 8] = [
     "spectra.parquet",
 ];
 
+/// With equal placement, files are equal byte by byte: values, row groups and encoding depend on the points
+/// alone.
 #[test]
 fn arrival_order_leaves_no_trace() {
     let [ascending, scattered] = [(), ()].map(|()| tempfile::tempdir().unwrap());

@@ -1,9 +1,10 @@
 //! Do workers, the writer and a signal compute every chain once and always end, in any order?
 //!
-//! The queue and the worker's loop are those of a run. The test adds the surroundings of a run: a short channel, a
-//! writer that releases points in order, and a flag that interrupts the run. All threads belong to shuttle, which runs
-//! one at a time. It draws the next one at every send, receive, wait or query of the writer's progress. No lock of the
-//! queue is held across such a place, so using the standard library's lock loses no order.
+//! The queue and the worker's loop are those of a run. The test adds the surroundings of a run: a short
+//! channel, a writer that releases points in order, and a flag that interrupts the run. The library shuttle
+//! runs all threads, one at a time. It draws the next one at every send, receive, wait or query of the
+//! writer's progress. The queue holds no lock at these places, so the standard library's lock excludes no
+//! order.
 
 use super::tests::job;
 use super::*;

@@ -135,7 +135,7 @@ fn simulate(job: &Job, nodes: usize, workers: usize, near: bool) -> Simulated {
         let fetched = node_tables.distance(table, node) != TableDistance::AtHand;
         node_tables.take(table, node);
         simulated.copies += usize::from(fetched);
-        // Times of chains differ by a factor of three, by a rule of their places.
+        // Times of chains differ by a factor of three, in a fixed pattern over their places.
         let time = 1.0 + (turn.place * 7 % 5) as f64 / 2.0;
         free[worker] += time + f64::from(u8::from(fetched)) * FETCH;
         simulated.end = simulated.end.max(free[worker]);

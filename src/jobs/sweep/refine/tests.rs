@@ -38,7 +38,7 @@ fn row(point_id: u64, class: Option<Class>, events: f64) -> PointRow {
     }
 }
 
-/// The refined plane of a motion; the points `known` are learnt first.
+/// The refined plane of a motion; the points `known` are recorded first.
 fn plane(refine: &Refine, known: &[u64], motion: impl Fn([usize; 2]) -> PointRow) -> Refinement {
     let mut plane = Refinement::new(refine);
     let point = |id: u64| PointRow {
@@ -77,7 +77,8 @@ fn a_boundary_is_found_within_the_resolution_and_little_else() {
             let one = cell.edges(axis).iter().all(|[a, b]| disc(*a) == disc(*b));
             assert!(cell.sides[axis] == 1 || one, "{cell:?}");
         }
-        // Places of a cell with equal corners have their motion, except beside a boundary that touches an edge.
+        // If all corners of a cell have one motion, its places have it too, except beside a boundary that
+        // touches an edge.
         let [first, ..] = cell.corners();
         if cell.corners().iter().all(|&at| disc(at) == disc(first)) {
             let places = (0..=cell.sides[0]).flat_map(|r| (0..=cell.sides[1]).map(move |c| [r, c]));

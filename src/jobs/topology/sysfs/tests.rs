@@ -227,7 +227,7 @@ fn a_container_sees_what_it_is_granted() {
                   sys/fs/cgroup/box/cpuset.cpus.effective:1,3,9,11\n";
     let first = "proc/self/cgroup:4:memory:/other\nproc/self/cgroup:3:cpuset,cpu:/box\n\
                  proc/self/cgroup:0::/\nsys/fs/cgroup/cpuset/box/cpuset.effective_cpus:1,3,9,11\n";
-    // From inside, the files of the process's group lie at the root.
+    // Inside a container, the files of the process's group are in the root folder.
     let inside = "proc/self/cgroup:0::/not/here\nsys/fs/cgroup/cpuset.cpus.effective:1,3,9,11\n";
     for group in [second, first, inside] {
         let topology = changed(TWO_SOCKETS, "allowed_list", &format!("{status}{group}"));

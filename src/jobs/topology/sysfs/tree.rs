@@ -16,7 +16,7 @@ pub(super) fn of_thread(thread: u32) -> String {
     format!("sys/devices/system/cpu/cpu{thread}")
 }
 
-/// A root and the files below it.
+/// A root folder and the files below it.
 #[derive(Debug, Clone)]
 pub(super) struct Tree(PathBuf);
 
@@ -48,8 +48,8 @@ impl Tree {
         self.0.join(path).exists()
     }
 
-    /// The threads that share a unit with a thread, from the first file that exists: names of files changed over time.
-    /// `None` if the list does not contain the thread itself.
+    /// The threads that share a unit with a thread, from the first file that exists: newer versions of Linux
+    /// use other file names. `None` if the list does not contain the thread itself.
     pub(super) fn siblings(&self, thread: u32, names: &[&str]) -> Option<Set> {
         let file = |name: &&str| self.list(&format!("{}/topology/{name}", of_thread(thread)));
         let found = names.iter().find_map(file)?;
@@ -71,8 +71,8 @@ impl Tree {
             .or_else(|| self.text("proc/self/status"))
     }
 
-    /// Threads that the control group grants, in either version of control groups. Inside a container, its group is
-    /// often the root.
+    /// Threads that the control group grants, in either version of control groups. Inside a container, the
+    /// files of its group are often in the root folder of the control groups.
     pub(super) fn granted_threads(&self) -> Option<Set> {
         let groups = self.text("proc/self/cgroup")?;
         let group = |controller: &str| {
