@@ -8,8 +8,8 @@ const MOST_AVERAGES: usize = 1 << 16;
 
 /// Averages over successive stretches of equal length.
 ///
-/// If there are too many averages, neighbouring averages are joined in pairs and the stretches double. The
-/// blocks of the error bars are far longer than a stretch.
+/// If there are too many averages, neighbouring averages are joined in pairs, and the length of a stretch
+/// doubles. The blocks of the error bars are far longer than a stretch.
 #[derive(Debug, Clone)]
 pub struct CycleAverages {
     stretch: u32,
@@ -30,7 +30,7 @@ impl Default for CycleAverages {
 }
 
 impl CycleAverages {
-    /// Adds the value of a cycle.
+    /// Adds the value of one mesh cycle.
     pub fn push(&mut self, value: f64) {
         self.sum += value;
         self.pending += 1;

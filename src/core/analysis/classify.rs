@@ -1,10 +1,10 @@
-//! To which class does a motion belong that did not repeat?
+//! The class of a motion that did not repeat within the cycle budget.
 //!
 //! Neighbours are trajectories from nearby states. A motion is chaotic if its neighbours separate
 //! exponentially to the end of the record. On a torus they separate in proportion to time. Their distance
-//! after n cycles then gives an "exponent" ln n / n, which exceeds every error bar and falls with n. Late
-//! growth distinguishes chaos from a torus: it is `λ n/4` per quarter of the record in chaos, and a few
-//! tenths of a nat on a torus, however long the record.
+//! after n cycles then gives an "exponent" ln n / n, which exceeds every error bar and falls with n. The
+//! growth in the last part of the record distinguishes chaos from a torus. In chaos it is `λ n/4` per quarter
+//! of the record. On a torus it is a few tenths of a nat, whatever the length of the record.
 
 use super::outcome::{Class, Status};
 use crate::numerics::statistics::{mean, standard_error};
@@ -16,7 +16,7 @@ pub struct Evidence<'a> {
     pub averages: &'a [f64],
     /// Mesh cycles per average.
     pub stretch: u32,
-    /// Cycles of alignment before the averages.
+    /// Mesh cycles in which the tangents aligned before the first average.
     pub aligned: u64,
     /// Smallest distance of the last strobe state from an earlier one, in units of the half gap.
     pub closest_return: Option<f64>,
@@ -40,7 +40,7 @@ pub struct Evidence<'a> {
     pub slow_mode: Option<(usize, f64)>,
 }
 
-/// The conclusion from the evidence.
+/// The class of a motion with its reason.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
     /// How the work ended.
@@ -51,44 +51,46 @@ pub struct Verdict {
     pub reason: String,
 }
 
-/// Standard errors by which a positive exponent must exceed zero, and by which halves of a record may differ.
+/// Number of standard errors by which a positive exponent must exceed zero. The halves of a record may differ
+/// by one more.
 const SIGMAS: f64 = 3.0;
 
 /// |λ| per cycle below which a motion that does not repeat is quasi-periodic. A torus has exponent 0, and a
 /// decay this slow does not settle in any budget.
 const NEUTRAL: f64 = 1e-3;
 
-/// Steady growth, in nats over the whole record, from which neighbours separate exponentially. None of 1500
-/// integrable and linear motions reached 3.5; growth with the square of time gives 2.7.
+/// Smallest steady growth, in nats over the whole record, of neighbours that separate exponentially. In 1500
+/// integrable and linear motions the growth stayed below 3.5. Growth with the square of time gives 2.7.
 const EXPONENTIAL: f64 = 5.0;
 
-/// Late growth, in nats over the whole record, up to which neighbours separate in proportion to time.
-/// The growth of such neighbours is `4 ln 7/5 = 1.35`; the turning of the tangent's direction can add as much.
+/// Largest late growth, in nats over the whole record, of neighbours that separate in proportion to time.
+/// Such a separation gives `4 ln 7/5 = 1.35`. A turn of the tangent's direction can add as much.
 const MOST_PROPORTIONAL_GROWTH: f64 = 2.8;
 
-/// Late growth below which neighbours approach each other.
+/// Late growth, in nats over the whole record, below which neighbours approach each other.
 const DECAYING: f64 = -1.0;
 
 /// Contraction of neighbours since the start, in nats, after which the motion depends only on the excitation.
 const FORGETTING_CONTRACTION: f64 = 14.0;
 
-/// Contraction, in nats, after which a decaying motion repeats: from a half gap to the return distance.
+/// Contraction, in nats, after which a decaying motion should repeat: from a distance of a half gap to the
+/// return distance.
 const REPEATING_CONTRACTION: f64 = 23.0;
 
-/// R-hat above which trajectories do not share one motion.
+/// R-hat above which trajectories count as different motions.
 pub const DIFFERENT_RHAT: f64 = 1.2;
 
-/// Growth of a tangent between quarters of a record, in nats over the whole record: four times the difference
-/// of the averages of the logarithm of its length.
+/// Growth of a tangent from one quarter of a record to the next, in nats over the whole record. It is four
+/// times the difference of the means of the logarithm of the tangent's length over both quarters.
 ///
-/// Growth by a factor e^λ per cycle gives λ n for both. Growth with the power p of time gives at most
-/// `4 p ln 5/3` and `4 p ln 7/5`, for any n. Averages are used because the length also oscillates on a
-/// torus, by a factor of a hundred if long free flights alternate with a stiff mesh.
+/// Growth by a factor e^λ per cycle gives λ n in both fields. Growth with the power p of time gives at most
+/// `4 p ln 5/3` and `4 p ln 7/5`, for any n. Means are used because the length also oscillates on a torus. If
+/// long free flights alternate with a stiff mesh, it oscillates by a factor of a hundred.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Growth {
-    /// From the second quarter to the third.
+    /// From the mean over the second quarter to the mean over the third.
     before: f64,
-    /// From the third quarter to the last.
+    /// From the mean over the third quarter to the mean over the last.
     late: f64,
 }
 
@@ -127,7 +129,7 @@ pub fn parts_exponentially(averages: &[f64], stretch: u32) -> bool {
     Growth::of(averages, stretch).is_some_and(|growth| growth.steady() >= EXPONENTIAL)
 }
 
-/// Classes a motion that did not repeat within the budget.
+/// Determines the class of a motion that did not repeat within the budget.
 pub fn classify(evidence: &Evidence<'_>) -> Verdict {
     if evidence.averages.is_empty() {
         return Verdict {
@@ -187,7 +189,8 @@ impl Found<'_> {
         format!("λ = {:.4} ± {:.4} per cycle", self.lambda, self.error)
     }
 
-    /// Whether neighbours approach each other: beyond the error bar, or steadily if oscillating tangents of a
+    /// Whether neighbours approach each other. Either the exponent is below zero by more than its error bar,
+    /// or both growths show a strong decay. The second case is needed because oscillating tangents of a
     /// linear motion widen the error bar.
     fn decays(&self) -> bool {
         self.lambda < -SIGMAS * self.error
@@ -256,7 +259,7 @@ impl Found<'_> {
         (spread.is_finite() && drift.abs() > (SIGMAS + 1.0) * spread).then_some(drift)
     }
 
-    /// Why the motion is on a torus, if it is.
+    /// The reason if the motion is on a torus, else `None`.
     fn on_a_torus(&self) -> Option<String> {
         if !self.evidence.torus_is_possible {
             return None;
@@ -268,8 +271,8 @@ impl Found<'_> {
                 "{known}, zero within its error, and no period up to {longest}"
             ));
         }
-        // Upper limit: growth with the square of time from the start of the alignment. Without an alignment
-        // the first direction may grow by any amount.
+        // The largest growth on a torus is growth with the square of time from the start of the alignment.
+        // Without an alignment, the first direction may grow by any amount.
         let cycles = self.evidence.averages.len() as f64 * f64::from(self.evidence.stretch);
         let most = 1.0 + 2.0 * (cycles / self.evidence.aligned as f64).ln_1p();
         let proportional = self.evidence.aligned > 0

@@ -22,9 +22,9 @@ pub struct PointConfig {
     pub audit_cycles: u64,
     /// Lyapunov exponents, if requested.
     pub lyapunov: Option<LyapunovConfig>,
-    /// Number of Poincaré samples that are kept.
+    /// Number of Poincaré samples that are kept, the last ones.
     pub poincare_samples: usize,
-    /// Where the samples are taken.
+    /// The section of phase space on which the samples are taken.
     pub section: Section,
     /// NVH statistics, if requested.
     pub nvh: Option<NvhConfig>,
@@ -44,9 +44,10 @@ pub struct LyapunovConfig {
     /// Number of exponents, at least 1. A model has two per mode that is not neutral, and one more if drag
     /// damps the neutral rotation.
     pub exponents: usize,
-    /// Standard error of the largest exponent at which the measurement ends, if any \[1/cycle\].
+    /// Standard error of the largest exponent at which the measurement ends \[1/cycle\]; `None` to use all
+    /// cycles.
     pub stop_at_stderr: Option<f64>,
-    /// Cycles after the transient that align the tangents, discarded.
+    /// Mesh cycles after the transient in which the tangents align. Their growth is discarded.
     pub align: u64,
     /// Whether a twin trajectory is integrated with the tangents.
     pub twin: bool,
@@ -54,13 +55,13 @@ pub struct LyapunovConfig {
     pub separation: f64,
     /// The norm in which growth is measured.
     pub norm: GrowthNorm,
-    /// Number of cycle counts with running estimates, 0 for none.
+    /// Number of running estimates of the exponents over the measured cycles; 0 for none.
     pub course: usize,
     /// How much is measured for error bars.
     pub effort: Effort,
-    /// Lower bound of the life of chaos to demonstrate \[cycles\], if any.
+    /// Lower bound of the mean life of chaos \[cycles\] that the measurement must demonstrate, if any.
     pub lifetime: Option<u64>,
-    /// Whether the growth of every trajectory is kept.
+    /// Whether the averages of growth of every trajectory are stored with the results.
     pub chains: bool,
 }
 
@@ -85,16 +86,16 @@ impl Default for LyapunovConfig {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, EnumString)]
 #[strum(serialize_all = "snake_case")]
 pub enum Effort {
-    /// Several trajectories, a late first look at the error bars, few looks. The coverage of these error
-    /// bars was measured.
+    /// Several trajectories. The error bars are evaluated late and seldom. Their coverage was measured.
     #[default]
     Verified,
-    /// One trajectory and an early first look at the error bars. Their coverage is unknown.
+    /// One trajectory. The error bars are evaluated early. Their coverage is unknown.
     Survey,
 }
 
 impl Effort {
-    /// Measured mesh cycles at the first look, the earliest end of a point.
+    /// Measured mesh cycles at the first evaluation of the error bars (the first look). The measurement of a
+    /// motion that does not settle cannot end earlier, except at the end of its budget.
     pub fn first_look(self) -> u64 {
         match self {
             Self::Verified => 40_000,
@@ -103,8 +104,8 @@ impl Effort {
     }
 }
 
-/// The norm in which the growth of tangents and twins is measured. Exponents do not depend on it in the long
-/// run; estimates over a few cycles do.
+/// The norm in which the growth of tangents and twins is measured. Exponents over many cycles do not depend
+/// on it. Estimates over a few cycles do.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, EnumString)]
 #[strum(serialize_all = "snake_case")]
 pub enum GrowthNorm {
@@ -118,21 +119,22 @@ pub enum GrowthNorm {
 /// Settings of NVH statistics.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct NvhConfig {
-    /// Number of mesh harmonics of the deflection, 0 for none.
+    /// Number of mesh orders at which the amplitude of the deflection is computed, 0 for none.
     pub harmonics: usize,
-    /// Mean and RMS of outputs of the structure. Rebuilding these from the modes costs more than the
-    /// integration.
+    /// Outputs of the structure whose mean and RMS are computed. Their computation from the modes takes
+    /// longer than the integration.
     pub outputs: Signals,
-    /// Power input and output of the vibration, from the motion of all modes. Omitted from the hash of
-    /// manifests that do not request it.
+    /// Whether the power input and output of the vibration are computed from the motion of all modes. The
+    /// hash of a manifest contains this field only if it is `true`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub power: bool,
     /// Spectra, if requested.
     pub spectrum: Option<SpectrumConfig>,
     /// Amplitude and phase at orders, if requested.
     pub orders: Option<OrderConfig>,
-    /// Measure until every time average and line has at most this standard error, relative to the scale in
-    /// `analysis::precision`. Omitted from the hash of manifests that do not request it.
+    /// Largest standard error of every time average and line at which the measurement ends, if any. It is
+    /// relative to the scale in `analysis::precision`. The hash of a manifest contains this field only if it
+    /// is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_at_stderr: Option<f64>,
 }
@@ -153,8 +155,8 @@ pub struct SpectrumConfig {
     pub signals: Signals,
     /// Highest mesh order.
     pub highest_order: u32,
-    /// Minimum number of mesh cycles per segment of Welch's method, for motion that does not repeat. Its lines are at
-    /// most 1/resolution of the mesh order apart.
+    /// Minimum number of mesh cycles per segment of Welch's method, for motion that does not repeat. Lines
+    /// are at most 1/`resolution` of the mesh order apart.
     pub resolution: u32,
 }
 
@@ -182,17 +184,16 @@ pub struct Signals {
     pub torques: bool,
     /// Accelerations of bearings and angular accelerations of shafts.
     pub accelerations: bool,
-    /// Deflections and forces of every mesh. Omitted from the hash of manifests that do not request them.
+    /// Deflections and forces of every mesh. The hash of a manifest contains this field only if it is `true`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub meshes: bool,
-    /// Rotations of gears. Trajectories contain them. Manifests cannot request them, and their hash omits
-    /// them.
+    /// Rotations of gears, for traces. A manifest cannot request them, and its hash omits this field.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub rotations: bool,
 }
 
 impl Signals {
-    /// Nothing.
+    /// The empty selection.
     pub const NONE: Self = Self {
         deflection: false,
         force: false,

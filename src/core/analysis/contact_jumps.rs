@@ -1,8 +1,8 @@
-//! Advances over many mesh cycles of constant contact at once.
+//! Advances a trajectory over many mesh cycles at once while no contact opens or closes.
 //!
-//! While no contact opens or closes, a period of the excitation is an affine map of the state, `x ↦ x₁ + A (x
-//! − x₀)`. Repeated squaring gives n periods as its n-th power. A jump is taken only if contact is certain
-//! throughout (`lasting_contact`). Otherwise the cycles are integrated.
+//! While no contact opens or closes, a period of the excitation is an affine map of the state,
+//! `x ↦ x₁ + A (x − x₀)`. Repeated squaring gives the map of n periods. A jump is taken only if contact is
+//! certain to last throughout (`lasting_contact`). Otherwise the cycles are integrated.
 
 use super::lasting_contact::LastingContact;
 use super::norm::EnergyNorm;
@@ -12,16 +12,18 @@ use crate::numerics::linalg::{product, solve};
 use crate::propagate::{Counters, Kernel, Tangents};
 use faer::Mat;
 
-/// Number of integrated cycles at the first attempt to jump. Each further attempt follows at twice the number.
+/// Number of integrated cycles at the first attempt to jump. Each further attempt follows when this number
+/// has doubled.
 const FIRST_ATTEMPT: u64 = 64;
 
-/// Smallest number of remaining cycles per mode for an attempt. An attempt takes as long as some hundred cycles.
+/// Smallest number of remaining cycles per mode at which an attempt is worth its time: an attempt takes as
+/// long as some hundred cycles.
 const LEAST_CYCLES_PER_MODE: u64 = 50;
 
 /// Longest period of the excitation for which jumps are attempted \[mesh cycles\].
 const LONGEST_PERIOD: usize = 64;
 
-/// Jumps over constant contact, for one model.
+/// Jumps of a trajectory over cycles of constant contact, for one model.
 #[derive(Debug)]
 pub struct ContactJumps<'m> {
     model: &'m Model,
@@ -31,7 +33,7 @@ pub struct ContactJumps<'m> {
     next: u64,
 }
 
-/// The map of a period of constant contact.
+/// The affine map of a period of constant contact, `x ↦ x₁ + A (x − x₀)`.
 struct Period {
     /// A − I for all components.
     increment: Mat<f64>,
@@ -107,7 +109,7 @@ impl<'m> ContactJumps<'m> {
         }
         let mut counters = Counters::default();
         let mut next_state = start.clone();
-        // A period without tangents first, which is cheap: it detects rattle.
+        // The first integration is without tangents, because it is cheap and detects rattle.
         kernel
             .advance(
                 u64::from(period),
@@ -158,7 +160,7 @@ impl<'m> ContactJumps<'m> {
         })
     }
 
-    /// Whether a trajectory certainly stays in contact for ever if its next period has this map.
+    /// Whether contact certainly lasts for ever, if `map` is the map of the next period.
     fn certain<K: Kernel>(
         &self,
         kernel: &K,
@@ -182,7 +184,7 @@ impl<'m> ContactJumps<'m> {
     }
 }
 
-/// Displacement of a state over a number of periods.
+/// Displacement of a state over a number of periods; `None` if it is not finite.
 fn displacement_over(map: Period, periods: u64) -> Option<Vec<f64>> {
     let size = map.drift.len();
     let (mut increment, mut drift) = (map.increment, map.drift);

@@ -1,11 +1,11 @@
-//! How did the estimates of the exponents settle during the measurement?
+//! Running estimates of the exponents during the measurement.
 
 use super::outcome::ConvergenceOutcome;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
-/// Running means and standard errors of each exponent at no more than `places` counts of cycles. The counts
-/// are evenly spaced, from the smallest count with an error bar to the whole record. `None` if the record is
-/// too short for an error bar.
+/// Running means and standard errors of each exponent over the first n cycles, for at most `places` values of
+/// n. These values are evenly spaced, from the smallest one with an error bar to the whole record. `None` if
+/// the record is too short for an error bar.
 ///
 /// * `series`: averages of each exponent over successive stretches of `stretch` cycles.
 pub fn convergence(series: &[&[f64]], stretch: u32, places: usize) -> Option<ConvergenceOutcome> {

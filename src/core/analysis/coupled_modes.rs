@@ -1,8 +1,8 @@
 //! Which energies and works does the energy balance of a structure with coupled modes contain?
 //!
-//! The blocks are not modes. The model's basis maps them to the modes' displacements q and velocities v. D is
-//! the whole damping, gyroscopic terms included. K and K_a are the symmetric and skew parts of the whole
-//! stiffness.
+//! If modes are coupled, the blocks of the model are not modes. The model's basis maps the blocks to the
+//! modes' displacements q and velocities v. D is the whole damping matrix, including gyroscopic terms. K and
+//! K_a are the symmetric and the skew part of the whole stiffness matrix.
 //!
 //! ```text
 //! stored: ½ (v·v + q·K q)      works: ∫ f·v dt,  −∫ v·D v dt,  −∫ v·K_a q dt,  −∫ F (g − w)·v dt
@@ -92,7 +92,8 @@ impl CoupledModes {
         sum
     }
 
-    /// Passes the work of loads, friction, damping and the skew part of the stiffness over a window to `work`.
+    /// Passes the work of loads, friction, damping and the skew part of the stiffness over a window to
+    /// `work`, each with its cause.
     pub fn works(
         &self,
         window: &Window<'_>,

@@ -12,15 +12,15 @@
 use super::outcome::KaplanYorke;
 use crate::numerics::statistics::standard_error;
 
-/// The formula, and its derivatives by the exponents.
+/// The value of the formula, and its derivatives with respect to the exponents.
 #[derive(Debug, Clone, PartialEq)]
 struct Formula {
     value: f64,
     slopes: Vec<f64>,
 }
 
-/// The formula for exponents in falling order, in a space of `dimension` dimensions. `None` if there are
-/// fewer exponents and their sum is not negative, so that k is unknown.
+/// The formula for exponents in falling order, in a space of `dimension` dimensions. `None` if fewer
+/// exponents are given and their sum is not negative, because k is then unknown.
 fn formula(exponents: &[f64], dimension: usize) -> Option<Formula> {
     let mut sum = 0.0;
     let mut slopes = vec![0.0; exponents.len()];
@@ -37,8 +37,9 @@ fn formula(exponents: &[f64], dimension: usize) -> Option<Formula> {
     (exponents.len() == dimension).then_some(Formula { value, slopes })
 }
 
-/// The dimension from the averages of each exponent over the same stretches, in falling order of their means.
-/// Its standard error comes from the blocks of `Σ ∂D/∂λᵢ λᵢ`, so that common changes of exponents count once.
+/// The dimension and its standard error. `series` contains the averages of each exponent over the same
+/// stretches. `exponents` contains the exponents in the same, falling order. The standard error comes from
+/// the blocks of `Σ ∂D/∂λᵢ λᵢ`, so that the common changes of several exponents count once.
 ///
 /// * `zero`: exponents of at most this size count as 0, as they do on a torus \[1/cycle\].
 /// * `dimension`: number of all exponents.
@@ -119,7 +120,7 @@ mod tests {
         );
     }
 
-    /// Example: an orbit on which a dry slider slips.
+    /// An exponent of −∞, for example because a dry slider slips, adds no uncertainty.
     #[test]
     fn an_exponent_of_minus_infinity_leaves_no_doubt() {
         let first: Vec<f64> = (0..64).map(|i| 0.5 + 0.1 * f64::from(i % 7 - 3)).collect();

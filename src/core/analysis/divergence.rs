@@ -1,22 +1,23 @@
 //! Does a motion grow without bound?
 //!
-//! Far beyond the gap, the dynamics is linear on either flank, so that growth by a factor continues.
-//! Each flank meets the varying stiffness at a different phase. This stiffness drives such a motion if it
+//! Far beyond the gap the motion is linear on either flank, so that it continues to grow by the same factor.
+//! The two flanks meet the varying stiffness at different phases. The stiffness makes the motion grow if it
 //! supplies more energy than damping dissipates.
 
 use crate::model::{InitialState, Model, Segment};
 
-/// Deflections up to this multiple of the gap or of the static deflection belong to a bounded motion.
+/// Largest deflection of a bounded motion, as a multiple of the gap or of the static deflection.
 const UNBOUNDED: f64 = 1e3;
 
 /// Ratio of the largest deflections in the last and in the first quarter of the cycles above which a motion
 /// grows. Beats of bounded motions stay below this ratio.
 const GROWN: f64 = 10.0;
 
-/// Number of latest states. If a motion grows, at least one of them has a deflection beyond [`UNBOUNDED`].
+/// Number of latest states that are checked first. If a motion grows, at least one of them has a deflection
+/// beyond [`UNBOUNDED`].
 const LATEST_STATES: usize = 8;
 
-/// Smallest number of cycles that are checked for growth between their quarters.
+/// Smallest number of cycles in which growth is detected.
 const FEWEST_CYCLES: usize = 40;
 
 /// Detects motions that grow without bound.
@@ -31,13 +32,13 @@ pub struct Bounds {
 struct Line {
     /// A segment on this line.
     segment: Segment,
-    /// Largest gap of its contacts, or the half gap of the mesh if they have none \[m\].
+    /// Largest half gap of its contacts within reach, at least the half gap of the mesh \[m\].
     gap: f64,
-    /// Unit of deflections of bounded motions \[m\].
+    /// Unit of deflections: the larger of `gap` and the static deflection \[m\].
     unit: f64,
 }
 
-/// A motion that grows, with the remedy.
+/// A motion that grows without bound. The message has the remedy.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[error(
     "the deflection grows by {:.2} % per mesh cycle, to {half_gaps:.1e} half gaps, without bound: varying \
@@ -46,9 +47,9 @@ struct Line {
     100.0 * (growth - 1.0)
 )]
 pub struct Runaway {
-    /// Largest deflection of the motion at the start of a mesh cycle \[half gaps\].
+    /// Largest deflection of the motion at the start of a mesh cycle, in half gaps of its line.
     pub half_gaps: f64,
-    /// Mean growth per mesh cycle.
+    /// Mean factor of growth per mesh cycle.
     pub growth: f64,
 }
 
@@ -92,7 +93,7 @@ impl Bounds {
     ) -> Option<Runaway> {
         let count = states.len();
         let far = |state: &[f64]| self.largest_deflection(model, state).0 > UNBOUNDED;
-        // The latest states rule out growth for nearly every motion.
+        // For nearly every motion, the latest states rule out growth.
         if count < FEWEST_CYCLES || !states.clone().skip(count - LATEST_STATES).any(far) {
             return None;
         }
@@ -147,7 +148,7 @@ mod tests {
         assert!((found.growth - 1.05).abs() < 1e-3, "{found:?}");
         assert!((found.half_gaps / (100.0 * 1.05_f64.powi(199)) - 1.0).abs() < 1e-2);
         assert!(found.to_string().contains("5.00 %"), "{found}");
-        // Growth about the gap, slow growth, decay, a beat, and a short start.
+        // Growth within the gap, slow growth, decay, a beat, and too few cycles.
         assert_eq!(check_deflections(growing(1e-3, 1.05)), None);
         assert_eq!(check_deflections(growing(1e4, 1.005)), None);
         assert_eq!(check_deflections(growing(1e9, 0.95)), None);

@@ -17,7 +17,7 @@
 //! Every integrand is a product of Legendre series. The modal velocities are rebuilt
 //! ([`super::modal_series`]) from the state at each window's start and the force series,
 //! independently of the kernel's propagation. The residual is relative to the sum of all absolute
-//! works and the largest energy stored. A drive at rest under its load does no work, and its imbalance
+//! works and the largest energy stored. A drive at rest under its load does no work. Its imbalance
 //! is the round-off of the stored energy.
 
 mod balance;
@@ -30,8 +30,8 @@ use crate::propagate::{Event, Observer, Window};
 pub(super) use balance::{Balance, WindowEndContacts};
 pub(super) use cause::Cause;
 
-/// Residual above which a kernel without truncation error has failed. No valid result of a thousand random
-/// drives exceeds 1e-11.
+/// Residual above which a kernel without truncation error has failed. In a thousand random drives, every
+/// valid result is below 1e-11.
 pub const LARGEST_RESIDUAL: f64 = 1e-9;
 
 /// The message if the energy balance does not close; `None` if it does.
@@ -56,7 +56,7 @@ pub struct EnergyAudit<'m> {
     gained: f64,
     /// Sum of the absolute values of all works \[J\].
     turnover: f64,
-    /// Largest energy stored, as the sum of absolute parts \[J\].
+    /// Largest energy stored, as the sum of the absolute values of its parts \[J\].
     stored: f64,
 }
 

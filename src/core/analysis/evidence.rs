@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 pub struct EvidenceOutcome {
     /// Trajectories that were measured.
     pub trajectories: u32,
-    /// Whether the error bars come from a look whose coverage was measured.
+    /// Whether the error bars meet the conditions under which their coverage was measured.
     pub verified: bool,
-    /// Cycles over which the growth of neighbours is correlated, from its block error.
+    /// Correlation time of the growth of neighbours \[mesh cycles\], from its block error.
     pub correlation_cycles: Option<f64>,
     /// Effective sample size of the averages of growth over ten cycles, as ArviZ defines it.
     pub ess: Option<f64>,
@@ -20,7 +20,7 @@ pub struct EvidenceOutcome {
     /// Frequency of the strongest line of the strobe deflection that is not a simple multiple of the mesh
     /// frequency \[1/cycle\], on a torus.
     pub rotation_number: Option<f64>,
-    /// Averages of growth over ten cycles, trajectory after trajectory, if requested.
+    /// Averages of growth over ten cycles, one trajectory after another, if requested.
     pub chains: Option<GrowthRecord>,
 }
 
@@ -33,10 +33,10 @@ pub struct GrowthRecord {
     pub growth: Vec<f64>,
 }
 
-/// How long chaos lasts, and where it ends.
+/// How long chaos lasts, and on which motions it ends.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChaosOutcome {
-    /// Chaotic mesh cycles of all trajectories together.
+    /// Mesh cycles in chaos, of all trajectories together.
     pub cycles: u64,
     /// Trajectories that left chaos.
     pub exits: u32,
@@ -68,8 +68,8 @@ impl ChaosOutcome {
         (self.exits > 0).then(|| self.cycles as f64 / f64::from(self.exits))
     }
 
-    /// 95 % interval of the mean life \[cycles\], from the exact interval of a Poisson rate. Without an exit:
-    /// a lower bound at 95 %, a third of the chaotic cycles, and no upper end.
+    /// 95 % interval of the mean life \[cycles\], from the exact interval of a Poisson rate. Without an exit,
+    /// the lower end is a bound at 95 %, a third of the chaotic cycles, and there is no upper end.
     pub fn interval(&self) -> (f64, Option<f64>) {
         let cycles = self.cycles as f64;
         if self.exits == 0 {

@@ -1,9 +1,10 @@
-//! At which frequencies does the structure vibrate with all contacts open, and with those contacts closed
-//! that carry the static load?
+//! Natural frequencies of the structure, with all contacts open, and with those contacts closed that carry
+//! the static load.
 //!
-//! With open contacts every block has a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, with coupled modes too. Dry
-//! sliders stick in small vibrations: their springs count as closed contacts, also in the modes with open
-//! contacts. With contacts j closed by springs k_j and dampers c_j along w_j, the modes are the undamped modes of
+//! With open contacts every block has a pair of eigenvalues `−ζω ± ω√(ζ² − 1)`, also if the modes are
+//! coupled. Dry sliders stick in small vibrations. Their springs therefore count as closed contacts, also in
+//! the modes with open contacts. With contacts j closed by springs k_j and dampers c_j along w_j, the modes
+//! are the undamped modes of
 //!
 //! ```text
 //! (K + Σ k w wᵀ) φ = ω² φ,      φᵀ φ = 1,      2ζω = φᵀ (C + Σ c w wᵀ) φ
@@ -34,7 +35,7 @@ impl NaturalMode {
     }
 }
 
-/// Squared frequencies up to this part of the largest are round-off of zero.
+/// Largest squared frequency that counts as round-off of zero, relative to the largest squared frequency.
 const RIGID: f64 = 1e-13;
 
 /// A mode with closed contacts.
@@ -73,7 +74,7 @@ impl Frequencies {
             stuck.into_iter().map(|natural| natural.mode).collect()
         };
         open.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
-        // Rigid stops and dry friction have no stiffness. Contacts that soften have no positive mean stiffness.
+        // Rigid stops and dry friction have no stiffness. Other contacts may have a negative mean stiffness.
         let stiff = |contact: &usize| {
             let contact = &model.contacts[*contact];
             let stands = contact.release.of_stop() || contact.release.of_friction();
@@ -143,7 +144,7 @@ fn closed_modes(model: &Model, contacts: ActiveSet) -> Option<Vec<ClosedMode>> {
         }
         None => 0.0,
     };
-    // Modes that no spring of the structure or of a contact restrains stay exactly rigid.
+    // A mode that no spring of the structure or of a contact restrains stays exactly rigid.
     let held_by = |i: usize| springs.iter().any(|spring| spring.along[i] != 0.0);
     let (constrained, loose): (Vec<usize>, Vec<usize>) = (0..model.modes_of_structure())
         .partition(|&i| held_by(i) || (0..n).any(|j| entry(Matrix::Stiffness, i, j) != 0.0));

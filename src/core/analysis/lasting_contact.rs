@@ -23,13 +23,13 @@ use faer::Mat;
 /// Size of the displacement from the periodic motion that gives derivatives, in units of the norm.
 const DISTURBANCE: f64 = 1e-4;
 
-/// Factor for rounding in bounds.
+/// Factor by which changes of a margin are increased to allow for rounding.
 const SLACK: f64 = 1.0 + 1e-6;
 
 /// Largest accepted residual of a state's expansion in eigenvectors, relative to the state.
 const RESIDUAL: f64 = 1e-9;
 
-/// Maximum halvings of a window in the search for its least margin.
+/// Maximum number of successive halvings of a window in the search for its least margin.
 const HALVINGS: u32 = 5;
 
 /// Motions in constant contact that decay to a periodic one.
@@ -51,9 +51,9 @@ pub(super) struct LastingContact<'a> {
 }
 
 impl<'a> LastingContact<'a> {
-    /// Motions that decay to the orbit, a state and its period in mesh cycles. `map` is the map of a period
-    /// in energy coordinates, without the neutral pair. `None` if it does not decay or its eigenvectors are
-    /// no basis of the state space.
+    /// Motions that decay to an orbit, given by a state and its period in mesh cycles. `map` is the map of a
+    /// period in energy coordinates, without the neutral pair. `None` if a mode does not decay, or if the
+    /// eigenvectors of the map are not a basis.
     pub(super) fn new(
         model: &'a Model,
         norm: &'a EnergyNorm,
@@ -73,7 +73,7 @@ impl<'a> LastingContact<'a> {
         })
     }
 
-    /// Whether contact is certain to last for ever if a motion starts a period at the distance `away` from
+    /// Whether contact is certain to last for ever. The motion starts a period at the distance `away` from
     /// the periodic one, in energy coordinates.
     pub(super) fn is_certain<K: Kernel>(
         &mut self,
@@ -165,7 +165,7 @@ impl<'a> LastingContact<'a> {
     }
 }
 
-/// Eigenvectors of a map, real and imaginary part, with one entry per conjugate pair.
+/// Eigenvectors of a map, each as real and imaginary part. A conjugate pair has one entry.
 #[derive(Debug)]
 struct Modes {
     vectors: Vec<[Vec<f64>; 2]>,
@@ -182,7 +182,7 @@ impl Modes {
         let mut all: Vec<Vec<f64>> = Vec::new();
         let (mut vectors, mut columns) = (Vec::new(), Vec::new());
         for value in eigenvalues(map.as_ref())? {
-            // A mode that does not decay is no transient. A conjugate pair has one entry.
+            // A mode that does not decay is not transient. Of a conjugate pair, one eigenvector is used.
             if value.norm() >= 1.0 {
                 return None;
             }
@@ -225,7 +225,8 @@ impl Modes {
 /// The observed margins of all contacts.
 #[derive(Debug)]
 struct ObservedMargins {
-    /// Series of the margins, window after window, without gaps and errors, which are the same for all motions.
+    /// Series of the margins, window after window. Gaps and errors are omitted, because they are the same for
+    /// all motions.
     windows: Vec<Vec<Series>>,
     /// Lower bound of every contact's margin, if requested.
     lower_bounds: Option<Vec<f64>>,
@@ -271,7 +272,8 @@ impl Observer for MarginObserver<'_, '_> {
         let model = self.model;
         let has_other_direction =
             |index: usize| window.segments[index].direction != window.segments[0].direction;
-        // Without the deflection of an open contact on another line, the blocks' motion gives it.
+        // If the window does not contain the deflection of an open contact on another line, it is rebuilt
+        // from the blocks' motion.
         let needs_motion = window.along.is_empty()
             && (0..model.contacts.len()).any(|index| {
                 has_other_direction(index) && !window.closed.iter().any(|c| c.contact == index)

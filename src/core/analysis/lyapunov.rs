@@ -6,9 +6,9 @@
 //! block averages.
 //!
 //! A slip of a dry slider removes a dimension from the tangents. A rigid stop that begins to hold the
-//! structure removes two. The last exponents are then −∞: orthogonalisation leaves only round-off of these
-//! tangents. At most as many tangents count as round-off as sliders and stops can remove. Other tangents can
-//! also be that short, because a strong damper contracts them.
+//! structure removes two. The last exponents are then −∞, because orthogonalisation leaves only round-off of
+//! these tangents. The number of tangents that may count as round-off is the number that sliders and stops
+//! can remove. Other tangents can also be that short, because a strong damper contracts them.
 
 use super::averages::CycleAverages;
 use super::norm::EnergyNorm;
@@ -17,8 +17,8 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
 
-/// Part of a tangent that orthogonalisation leaves if the tangent lies in the span of its predecessors: some
-/// tens of units of round-off.
+/// Length, relative to the tangent, below which the rest after orthogonalisation is round-off: some tens of
+/// units in the last place.
 const ROUND_OFF: f64 = 1e-13;
 
 /// Tangent vectors and their growth.
@@ -65,8 +65,8 @@ impl TangentGrowth {
         self.orthonormalise(norm, |_| {})
     }
 
-    /// As [`Self::cycle`], and appends the upper triangle of the factor R, column by column. The orthonormal
-    /// tangents times R are the tangents before.
+    /// As [`Self::cycle`], and appends the upper triangle of the factor R, column by column. The tangents
+    /// before orthonormalisation are the orthonormal tangents times R.
     pub fn factor(&mut self, norm: &EnergyNorm, triangle: &mut Vec<f64>) {
         self.orthonormalise(norm, |entry| triangle.push(entry));
     }
@@ -90,7 +90,7 @@ impl TangentGrowth {
         &self.averages[0]
     }
 
-    /// The exponents per mesh cycle, largest first; `None` before ten cycles.
+    /// The exponents per mesh cycle, largest first; `None` before the first average over ten cycles.
     pub fn exponents(&self) -> Option<Vec<f64>> {
         let series = self.series();
         (!series[0].is_empty()).then(|| series.iter().map(|a| mean(a)).collect())
@@ -127,7 +127,8 @@ impl TangentGrowth {
             if i == 0 {
                 first = growth;
             }
-            // Round-off is normalised like a direction. It grows like any other direction once nothing slips.
+            // A tangent that is only round-off is normalised too. It grows like any other direction once no
+            // slider slips.
             if length > 0.0 {
                 for x in self.tangents.vector_mut(i) {
                     *x /= length;
@@ -146,7 +147,7 @@ pub fn random_direction(norm: &EnergyNorm, stream: &mut Stream, x: &mut [f64]) {
     }
 }
 
-/// A trajectory displaced by `half_gaps` in a random direction; unchanged if no displacement has a weight.
+/// A trajectory displaced by `half_gaps` in a random direction; unchanged if no component has a weight.
 pub fn displaced(
     model: &Model,
     norm: &EnergyNorm,

@@ -1,4 +1,4 @@
-//! How do the modal coordinates move within a window?
+//! The motion of the modal coordinates within a window, as series.
 //!
 //! A window has the blocks' states at its start and the mesh force as a series. With
 //! `e^{At} = C(t) I + S(t) M` (M traceless, C and S as Legendre series) each block follows as
@@ -18,22 +18,22 @@ use crate::propagate::Window;
 use num_complex::{Complex64, c64};
 use std::borrow::Cow;
 
-/// Terms of a window's series; the series of kernels have at most as many.
+/// Number of terms of a window's series. The series of kernels have at most as many.
 pub const TERMS: usize = 24;
 
-/// Terms of the exponentials.
+/// Number of terms of the exponentials.
 const IMPULSE_RESPONSE_TERMS: usize = 32;
 
 /// A Legendre series on a window.
 pub type Series = [f64; TERMS];
 
-/// Response to one input, by term of the exponential.
+/// Response to one input: a series for each term of the exponential.
 type Responses = Vec<Series>;
 
 /// Series of the exponential's C and S.
 type Exponential = [Complex64; IMPULSE_RESPONSE_TERMS];
 
-/// Exponentials of all blocks on windows of one length.
+/// The exponentials of all blocks for one window length.
 #[derive(Debug, Clone)]
 struct Exponentials {
     series: Vec<Exponential>,
@@ -64,8 +64,8 @@ impl Exponentials {
 #[derive(Debug, Clone)]
 pub struct ModalMotion<'m> {
     model: Cow<'m, Model>,
-    /// Exponentials of all blocks, for the kernel's regular window lengths (`regular`) and for the last window of
-    /// another length (`cut`).
+    /// Exponentials of all blocks for the regular window lengths of the kernel (`regular`), and for the last
+    /// window of another length (`cut`).
     regular: WindowCache<Exponentials>,
     cut: Exponentials,
 }
@@ -158,8 +158,8 @@ impl<'a> ModalSeries<'a> {
         self.combination([(index, weights)])
     }
 
-    /// Series of `Σ w·x` over blocks with their index, both components x and weights w. The weighted
-    /// exponentials are added first, so that every input is convolved once.
+    /// Series of `Σ w·x` over the given blocks. Each block has its index and the weights w of both components
+    /// x. The weighted exponentials are added first, so that every input is convolved only once.
     pub fn combination(&self, weights: impl IntoIterator<Item = (usize, [f64; 2])>) -> Series {
         let mut start = [0.0; IMPULSE_RESPONSE_TERMS];
         let mut constant = [0.0; IMPULSE_RESPONSE_TERMS];

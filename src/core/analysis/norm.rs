@@ -1,12 +1,13 @@
 //! In which norm are tangents and distances measured?
 //!
 //! The raw norm ([`EnergyNorm::raw`]) adds metres to metres per second and includes the rigid rotation. It
-//! exists to show the effect on an estimate. In the energy norm a mode counts with its kinetic and
-//! potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²`, with `ω_mesh² = k Σ w·g` the scale of the closed
-//! mesh (a rigid rotation has no stiffness). The neutral pair is omitted: the angle and the speed of the free
-//! rotation of the whole drive, which affect nothing else. The place s of a dry slider counts with its
-//! spring, `k s²`. Under drag the neutral rotation decays, so its speed counts but its angle does not.
-//! States that differ only by a displacement without effect are equal ([`EnergyNorm::project`]).
+//! exists to show the effect of the norm on an estimate. In the energy norm, a mode counts with its kinetic
+//! and potential energy, `‖x‖² = Σ v² + max(ω, ω_mesh)² q²`. Here `ω_mesh² = k Σ w·g` is the scale of the
+//! closed mesh, because a rigid rotation has no stiffness. The neutral pair is omitted. It is the angle and
+//! the speed of the free rotation of the whole drive, which affect nothing else. The displacement s of a dry
+//! slider counts with the energy of its spring, `k s²`. Under drag the neutral rotation decays, so its speed
+//! counts but its angle does not. States that differ only by a displacement without effect are equal
+//! ([`EnergyNorm::project`]).
 
 use crate::model::Model;
 use std::cmp::Ordering;
@@ -14,17 +15,19 @@ use std::cmp::Ordering;
 /// Energy-scaled norm without the neutral pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyNorm {
-    /// Weight of each component of a state, length 2N; 0 for the neutral pair and for the second component of
-    /// a slider.
+    /// Weight of each component of a state, length 2N. It is 0 for the neutral pair and for the second
+    /// component of a slider.
     weights: Vec<f64>,
     /// Indices of the components with a weight.
     weighted: Vec<usize>,
-    /// Displacements without effect, other than single components. Each is subtracted from a difference so
-    /// that the component with this index, which has no weight, vanishes.
+    /// Displacements without effect that involve several components. Each has the index of a component
+    /// without weight. A multiple of the displacement is subtracted from a difference of states, so that this
+    /// component vanishes.
     unrestrained: Vec<(usize, Vec<f64>)>,
     /// Norm of the rigid displacement that closes the half gap: the natural unit of a state.
     unit: f64,
-    /// Number of dimensions that slipping dry sliders and holding rigid stops can remove from tangents.
+    /// Number of dimensions that events of dry sliders, dry friction and rigid stops can remove from the
+    /// tangents.
     taken: usize,
 }
 
@@ -37,7 +40,8 @@ impl EnergyNorm {
         let mesh = mesh_scale(model);
         let mut weights = vec![1.0; 2 * n];
         for (i, block) in model.blocks.iter().enumerate() {
-            // A block of coupled modes has scaled components; a mode has a displacement.
+            // The first component of a mode is a displacement. The components of a block of coupled modes are
+            // already scaled.
             let is_mode = block.generator[0] == [0.0, 1.0];
             weights[i] = if is_mode { block.natural_frequency().max(mesh) } else { 1.0 };
         }
@@ -46,7 +50,7 @@ impl EnergyNorm {
             weights[n + i] = 0.0;
         }
         for slider in &model.sliders {
-            // The place of a slider counts with the energy of its spring; there is no second component.
+            // A slider counts with the energy of its spring. It has no second component.
             let spring = &model.contacts[slider.spring()].cycles[0];
             weights[slider.block] = spring.mean_stiffness().sqrt();
             weights[n + slider.block] = 0.0;
@@ -187,8 +191,8 @@ fn weighted(weights: &[f64]) -> Vec<usize> {
     (0..weights.len()).filter(|&i| weights[i] > 0.0).collect()
 }
 
-/// How many dimensions events may take from the tangents: one for each dry slider and each element of dry friction, two for
-/// each rigid stop.
+/// Number of dimensions that events may remove from the tangents: one for each dry slider and each element of
+/// dry friction, two for each rigid stop.
 fn event_dimensions(model: &Model) -> usize {
     model.sliders.len() + model.frictions.len() + 2 * model.stops.len()
 }
@@ -213,7 +217,8 @@ pub fn modal_scales(model: &Model) -> Vec<f64> {
     (0..n).map(|mode| frequency(mode).max(mesh)).collect()
 }
 
-/// Vectors of the same span, each scaled to 1 at the index of its largest component, where the others are 0.
+/// Vectors that span the same space. Each is scaled to 1 at the index of its largest component, where the
+/// others are 0.
 fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
     for mut vector in vectors {

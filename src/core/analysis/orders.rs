@@ -50,7 +50,7 @@ impl Summable for Sums {
 /// The multiples of one frequency.
 #[derive(Debug, Clone)]
 struct Family {
-    /// Name of the mesh or shaft that has this frequency.
+    /// Name of the mesh or shaft whose frequency this is.
     reference: String,
     /// The frequency `[p, q]`: p periods in q mesh cycles.
     periods: [u32; 2],
@@ -72,8 +72,8 @@ impl Family {
         }
     }
 
-    /// The part of a record that is evaluated: all of it (`all`) if its length is a whole number of periods,
-    /// else the complete stretches; `None` before the first.
+    /// The part of a record that is evaluated. It is the whole record (`all`) if its length is a whole number
+    /// of periods, else all complete stretches. `None` without a complete stretch.
     fn counted(&self, all: bool) -> Option<Sums> {
         if all {
             return Some(self.stretches.total());
@@ -84,8 +84,8 @@ impl Family {
         Some(sum)
     }
 
-    /// The lines of a signal, from the part of the record that counts; exact if the motion `repeats` after a
-    /// number of mesh cycles.
+    /// The lines of a signal from `sums`, the evaluated part of the record. They are exact if the motion
+    /// `repeats` after a number of mesh cycles.
     fn lines(
         &self,
         signal: usize,
@@ -200,7 +200,7 @@ impl Orders {
         let mut other = other.clone();
         other.finish();
         self.cycle = self.cycle.or(other.cycle);
-        // The centres may differ: a constant has no lines over whole periods.
+        // The centres of both records may differ, because a constant has no lines over whole periods.
         for (family, other_family) in self.families.iter_mut().zip(&other.families) {
             family.stretches.append(&other_family.stretches);
         }
@@ -285,7 +285,8 @@ mod tests {
     use crate::numerics::random::Stream;
     use crate::structure::ModalStructure;
 
-    /// Shows a wave of mesh order 1 with a fluctuating amplitude, and one of the pinion's order 2.
+    /// Passes windows with the sum of two waves: one of mesh order 1 with a fluctuating amplitude, one of the
+    /// pinion's order 2.
     fn show(orders: &mut Orders, cycles: std::ops::Range<u64>) {
         for cycle in cycles {
             let amplitude = 3.0 + Stream::new(5, cycle, 0).normal();

@@ -1,4 +1,4 @@
-//! What is known about an operating point after its analyses? The result files hold these numbers.
+//! The results of an operating point after its analyses. The result files contain them.
 
 use super::evidence::{ChaosOutcome, EvidenceOutcome};
 use super::interrupt::Interrupted;
@@ -23,7 +23,7 @@ pub enum Status {
     Diverged,
     /// More events in one mesh cycle than `run.event_limit`.
     EventStorm,
-    /// The point could not be computed (a panic, an impossible model, windows without progress).
+    /// The point could not be computed: a panic, an impossible model, or windows without progress.
     Failed,
 }
 
@@ -134,7 +134,8 @@ pub struct KaplanYorke {
 pub struct ConvergenceOutcome {
     /// Number of mesh cycles behind each estimate.
     pub cycles: Vec<f64>,
-    /// Mean growth over these cycles \[1/cycle\]: all estimates of the largest exponent, then of the next.
+    /// Running means of the growth \[1/cycle\]: all estimates of the largest exponent, then those of the next
+    /// one.
     pub exponents: Vec<f64>,
     /// Standard errors of the estimates.
     pub errors: Vec<f64>,
@@ -180,7 +181,7 @@ pub struct NvhOutcome {
     pub deflection_crest: f64,
     /// Largest |mesh force| \[N\].
     pub force_peak: f64,
-    /// Coulomb friction coefficient of the flanks; `None` without a drawing.
+    /// Coulomb friction coefficient of the flanks; `None` if the geometry of the gears is unknown.
     pub friction_coefficient: Option<f64>,
     /// Impacts (entries into contact) on the drive and on the coast flank.
     pub impacts: [u64; 2],
@@ -214,9 +215,10 @@ pub struct NvhStatistics {
     pub force_std: f64,
     /// Quantiles (99 and 99.9 %) of the largest |mesh force| per mesh cycle \[N\].
     pub force_peak_quantiles: Vec<f64>,
-    /// Mean power lost in friction on the flanks \[W\]; `None` if the places of contact are unknown.
+    /// Mean power lost in friction on the flanks \[W\]; `None` if the geometry of the gears is unknown.
     pub power_loss: Option<f64>,
-    /// Mean power through the mesh from the pinion to the wheel, `F r_b1 Ω₁` \[W\]; `None` without a drawing.
+    /// Mean power through the mesh from the pinion to the wheel, `F r_b1 Ω₁` \[W\]; `None` if the geometry of
+    /// the gears is unknown.
     pub power_transmitted: Option<f64>,
     /// One minus the loss over the modulus of the transmitted power; `None` if no power is transmitted.
     pub efficiency: Option<f64>,
@@ -249,8 +251,8 @@ pub struct NvhStatistics {
     pub contact_impact_rate: Vec<f64>,
     /// `Σ |δ'|/t` of each contact \[m/s²\].
     pub contact_rattle_index: Vec<f64>,
-    /// Power lost in friction on each contact at the speeds of the mean rotation \[W\]; empty without a
-    /// drawing.
+    /// Power lost in friction on each contact at the speeds of the mean rotation \[W\]; empty if the geometry
+    /// of the gears is unknown.
     pub contact_loss: Vec<f64>,
     /// Mean force of the shafts on every bearing and direction \[N\]; empty if not requested.
     pub bearing_mean: Vec<f64>,
@@ -330,8 +332,8 @@ pub struct OrderLine {
     pub order: f64,
     /// Frequency \[Hz\].
     pub frequency: f64,
-    /// Peak value, in the signal's unit; for a motion that does not repeat, of the part with a constant
-    /// phase.
+    /// Peak value, in the signal's unit. For a motion that does not repeat, it is the peak value of the part
+    /// with a constant phase.
     pub amplitude: f64,
     /// Standard error of the amplitude; `None` if the line is exact or the record too short.
     pub stderr: Option<f64>,
@@ -381,7 +383,7 @@ pub struct PointOutcome {
     pub chaos: Option<ChaosOutcome>,
     /// Tangencies over the whole simulation.
     pub grazing_count: u64,
-    /// Mesh cycles integrated in all, transient and probes included (the twin not counted).
+    /// Mesh cycles integrated in total. Transient and probes are included, the twin is not.
     pub cycles: u64,
     /// Mesh cycles measured.
     pub measured_cycles: u64,

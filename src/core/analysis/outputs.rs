@@ -23,7 +23,7 @@ use std::borrow::Cow;
 /// Mesh cycles in a stretch, as for the other statistics.
 const CYCLES_PER_STRETCH: u64 = 10;
 
-/// How an output follows from the blocks, the excitation and the contacts.
+/// The weights with which an output follows from the blocks, the excitation and the contacts.
 #[derive(Debug, Clone)]
 struct OutputWeights {
     /// Weights of both components of each block.
@@ -117,9 +117,9 @@ pub struct Outputs {
     /// As returned by [`named`].
     names: Vec<(String, Quantity)>,
     period: f64,
-    /// The present window's values.
+    /// The outputs on the present window.
     series: Vec<Series>,
-    /// Mean of the first window.
+    /// Mean of each output in the first window.
     centres: Vec<f64>,
     /// Time \[s\], ∫ (f − centre) dt and ∫ (f − centre)² dt of each output.
     sums: Vec<BlockSums<[f64; 3]>>,
@@ -352,7 +352,8 @@ fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) ->
     }
 }
 
-/// Force of a mesh. Coast forces of further meshes act along separate lines, so they count negative.
+/// Force of a mesh. For a further mesh, the forces of the coast flank count negative, because they act along
+/// a separate line.
 fn force(mesh: &NamedMesh, window: &Window<'_>) -> Series {
     let [drive, coast] = mesh.flanks;
     if drive == DRIVE_FLANK {
@@ -428,8 +429,8 @@ mod tests {
         Model::new(&structure, &drive, point).unwrap()
     }
 
-    /// Compares outputs with the kernel's states, and their rates with the model's vector field. Sums their
-    /// squares by a Gauss rule, without a mean, per stretch of ten cycles.
+    /// Compares outputs with the kernel's states, and rates with the model's vector field. Integrates the
+    /// outputs and their squares by a Gauss rule, without a centre, per stretch of ten cycles.
     struct Check {
         model: Model,
         outputs: Outputs,

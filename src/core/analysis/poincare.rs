@@ -23,11 +23,12 @@ use serde::Serialize;
 /// Settings of Poincaré samples.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PoincareConfig {
-    /// Number of samples: the last ones of the measured cycles are kept.
+    /// Number of samples that are kept, the last ones of the measured cycles.
     pub samples: usize,
     /// The section on which samples are taken.
     pub section: Section,
-    /// Halvings of the interval between neighbours of a chain with different motions; 0 for none.
+    /// How often the interval between two neighbouring points of a chain is halved if their motions differ; 0
+    /// for never.
     pub refine: u32,
 }
 
@@ -75,7 +76,7 @@ impl Default for Section {
     }
 }
 
-/// Accuracy of the boundary between windows, in mesh periods: a few units in the last place.
+/// Tolerance on the boundary between two windows, in mesh periods: a few units in the last place.
 const JOINT: f64 = 8.0 * f64::EPSILON;
 
 /// Round-off of the derivative of a 24-term series, in units of the sum of its terms' sizes. Differentiation
@@ -100,16 +101,16 @@ pub struct Poincare {
     end: Option<(f64, f64)>,
     /// Last sign of δ' (or of the rate of the force): whether it was positive.
     rising: Option<bool>,
-    /// Round-off of the mesh force that its series does not show \[N\].
+    /// Scale of the round-off of the mesh force \[N\]: the mean stiffness times the half gap.
     force: f64,
     surface: Option<Box<SurfaceWatch>>,
-    /// The last window, for sections at events on windows.
+    /// The last window, for sections at events.
     last: Option<KeptWindow>,
     /// An event whose window has not been observed yet.
     pending_event: Option<Event>,
 }
 
-/// The data of a window that are needed after the kernel has passed it.
+/// The data of a window that a later event needs.
 #[derive(Debug, Clone, Copy)]
 struct KeptWindow {
     cycle: u64,
@@ -245,13 +246,13 @@ impl Poincare {
         self.surface = Some(surface);
     }
 
-    /// Mesh phase in \[0, 1) of a time within the cycle, which includes its end.
+    /// Mesh phase in \[0, 1) of a time within the cycle. The end of the cycle has the largest phase below 1.
     fn phase(&self, time: f64) -> f64 {
         (time / self.period).clamp(0.0, 1.0 - 0.5 * f64::EPSILON)
     }
 
-    /// Keeps the sample at a mesh phase, if it lies in the window. A phase on the boundary between two windows
-    /// belongs to the later one.
+    /// Keeps the sample at a mesh phase if the phase lies in the window. A phase on the boundary between two
+    /// windows belongs to the later one.
     fn strobe(&mut self, window: &Window<'_>, phase: f64) {
         let tau = window.duration;
         let time = phase * self.period;
@@ -290,8 +291,8 @@ impl KeptWindow {
     }
 }
 
-/// Passes every position in a window at which δ' changes its sign to `found`, with whether δ has a minimum
-/// there. `rising` keeps the last sign of δ' from window to window.
+/// Passes every position in a window at which δ' changes its sign to `visit`, with whether δ has a minimum
+/// there. `rising` stores the last sign of δ' from one window to the next.
 fn extrema(
     window: &Window<'_>,
     half_gap: f64,
@@ -336,8 +337,8 @@ impl Observer for Poincare {
             if self.keep == 0 || event.contact != contact || event.closes() != closes {
                 return;
             }
-            // A kernel that cuts its windows at events passes a window before the event at its end. Other
-            // kernels pass the event first, and then the window around it.
+            // A kernel that cuts its windows at events passes the event after the window that ends at it.
+            // Other kernels pass the event before the window that contains it.
             let behind = |kept: &KeptWindow| {
                 let end = kept.start + kept.duration;
                 kept.cycle == event.cycle && event.time <= end + JOINT * self.period
@@ -354,8 +355,8 @@ impl Observer for Poincare {
         {
             return;
         }
-        // A kernel that cuts its windows at events has δ at the end of the last window. Other kernels place
-        // the event where their δ equals b.
+        // A kernel that cuts its windows at events has δ at the end of the last window. Other kernels
+        // determine the time at which their δ equals b.
         let window_end = self
             .end
             .filter(|(time, _)| (time - event.time).abs() <= JOINT * self.period);
@@ -375,8 +376,8 @@ mod tests {
     use crate::model::{ActiveSet, fixtures};
     use crate::propagate::ClosedContact;
 
-    /// The round-off of a force is relative to the mesh force over the half gap. Maxima of ten newtons that
-    /// are ten micronewtons high are found, and maxima from round-off are not.
+    /// The round-off of a force is relative to the mean stiffness times the half gap. In a force of ten
+    /// newtons, a maximum is found if it is ten micronewtons high, and not if it is round-off.
     #[test]
     fn maxima_of_a_light_force_are_seen() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);

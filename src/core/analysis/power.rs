@@ -6,7 +6,8 @@
 //! loads + error + stiffness = contact + structure + friction + stored        means over the record \[W]
 //! ```
 //!
-//! For a periodic motion, the step at the start of the period is the step from the last window to the first.
+//! For a periodic motion, the last window is followed by the first one, and the step between them is
+//! included.
 
 use super::energy::{Balance, Cause, WindowEndContacts};
 use super::modal_series::ModalMotion;
@@ -20,7 +21,8 @@ use std::borrow::Cow;
 /// Mesh cycles in a stretch, as for the other statistics.
 const CYCLES_PER_STRETCH: u64 = 10;
 
-/// Index of the time \[s\] and of the gain of stored energy \[J\], after the works of all causes \[J\].
+/// Indices in the sums of the time \[s\] and of the gain of stored energy \[J\]. The works of all causes
+/// \[J\] come first.
 const TIME_INDEX: usize = Cause::COUNT;
 const STORED_INDEX: usize = Cause::COUNT + 1;
 
@@ -125,8 +127,8 @@ impl Observer for Power {
     }
 }
 
-/// Powers from an index in the sums and a sign: works of loads, error and stiffness are inputs, the others
-/// are outputs.
+/// Powers from a function of an index in the sums and a sign. The works of loads, error and stiffness are
+/// inputs, the others are outputs.
 fn powers(of: impl Fn(usize, f64) -> f64) -> PowerOutcome {
     let come = |cause: Cause| of(cause as usize, 1.0);
     let go = |cause: Cause| of(cause as usize, -1.0);

@@ -1,4 +1,4 @@
-//! Which powers does the vibration take in and give off?
+//! The powers that the vibration takes in and gives off.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,4 +1,4 @@
-//! How precise are NVH statistics? A stop rule ends the measurement by this precision.
+//! The precision of NVH statistics, by which a stop rule ends the measurement.
 //!
 //! The standard error of a time average or line is divided by a scale, so that precision is comparable at
 //! any load:
@@ -17,7 +17,7 @@ use super::outcome::{NvhOutcome, NvhStatistics, SignalOrders, Spectrum};
 use std::f64::consts::SQRT_2;
 use std::fmt;
 
-/// Part of a signal's mean below which its variation is round-off.
+/// Variation of a signal, relative to its mean, below which the variation is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// Mean of a signal and root mean square about it.
@@ -75,11 +75,12 @@ type Average = fn(&NvhStatistics) -> Option<f64>;
 /// Statistics with one element per output of the structure, or their standard errors.
 type Lists<const N: usize> = fn(&NvhStatistics) -> [&Vec<f64>; N];
 
-/// Search for the statistic with the largest relative error.
+/// A search for the statistic with the largest relative error.
 struct ErrorSearch(LeastPrecise);
 
 impl ErrorSearch {
-    /// Takes an error with its scale. A relative error of NaN counts as unknown.
+    /// Compares an error, relative to its scale, with the largest one so far. A relative error of NaN counts
+    /// as infinite.
     fn take(&mut self, name: &str, error: f64, scale: f64) {
         let relative = match error {
             0.0 => 0.0,

@@ -10,27 +10,29 @@
 use super::norm::EnergyNorm;
 use crate::model::Model;
 
-/// Longest period in mesh cycles up to which every period is tried; a return is checked over as many cycles.
-/// If the excitation's period is longer, it replaces this value.
+/// Every period up to this number of mesh cycles is tried, and a return is checked over as many cycles. If
+/// the excitation's period is longer, it replaces this number.
 const LONGEST_TRIED: usize = 32;
 
 /// Longest period of a motion, and longest period of an excitation, in mesh cycles.
 const LONGEST: usize = 1024;
 
-/// Turns \[1\] by which a ripple's phase may differ from a whole number and still repeat.
+/// Largest distance of the turns of a ripple from a whole number at which the ripple counts as repeated
+/// \[1\].
 const PHASE_TOLERANCE: f64 = 1e-9;
 
 /// Return distance, in units of the half gap, below which a motion repeats. With a slow decay rate λ, the
 /// state can still differ from the orbit by this distance divided by |λ|.
 pub const TOLERANCE: f64 = 1e-10;
 
-/// Return distance, in units of the half gap, below which a shorter period is that of the motion. A decaying
-/// oscillation with angle θ per cycle returns closest after a lag k with kθ near a turn, but its final orbit
-/// repeats sooner. Different points of an orbit are much further apart.
+/// Return distance, in units of the half gap, below which a shorter period is accepted as that of the motion.
+/// A decaying oscillation with angle θ per cycle returns closest after a lag k with kθ near a whole turn. The
+/// orbit that it approaches may have a shorter period. Different points of an orbit are much further apart
+/// than this distance.
 const SAME_POINT: f64 = 1e-7;
 
-/// A return after a longer lag is another period if its distance is less than this part of the closest return
-/// after a short lag. Otherwise it is the same motion again.
+/// Distance of a return after a longer lag, relative to that of the closest return after a short lag, below
+/// which the longer lag may be the period. Otherwise it is only a repetition of the shorter lag.
 const MUCH_CLOSER: f64 = 1e-3;
 
 /// Strobe states of the last cycles.
@@ -40,7 +42,7 @@ pub struct Recurrence {
     longest_tried: usize,
     excitation: usize,
     excitation_repeats: bool,
-    /// Number of states: a stretch as long as the longest period, and its image.
+    /// Maximum number of kept states: one more than two of the longest periods.
     kept: usize,
     /// The states, one after another.
     states: Vec<f64>,
@@ -50,7 +52,7 @@ pub struct Recurrence {
 }
 
 impl Recurrence {
-    /// An empty record of states. The longest short period depends on the model's excitation.
+    /// An empty record of states. The longest period that is always tried depends on the model's excitation.
     pub fn new(model: &Model) -> Self {
         let excitation = excitation_period(model);
         Self {
@@ -113,8 +115,8 @@ impl Recurrence {
         self.state((newest - back) % self.kept)
     }
 
-    /// The period of the motion, once it repeats to [`TOLERANCE`] over a long enough stretch. The stretch is
-    /// as long as the longest short period, or as the period itself if that is longer.
+    /// The period of the motion, once the motion repeats to [`TOLERANCE`] over a long enough stretch. The
+    /// stretch is as long as `longest_tried`, or as the period itself if that is longer.
     pub fn period(&self, norm: &EnergyNorm) -> Option<u32> {
         if self.count() < 2 * self.longest_tried + 1 {
             return None;
@@ -137,8 +139,8 @@ impl Recurrence {
 
     /// Periods that justify a Newton search from the newest state. If a return is closer than `nearest` half
     /// gaps, its lag, the excitation's period and twice this period are candidates. The latter two are tried
-    /// because a decaying oscillation can return closer at a longer lag than its final orbit needs. A lag
-    /// beyond the short periods is a candidate if its return is [`MUCH_CLOSER`].
+    /// because a decaying oscillation can return closest at a lag longer than the period of its orbit. A lag
+    /// above `longest_tried` is a candidate if its return is [`MUCH_CLOSER`].
     pub fn candidates(&self, norm: &EnergyNorm, nearest: f64) -> Vec<u32> {
         if !self.excitation_repeats {
             return Vec::new();

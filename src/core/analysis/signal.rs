@@ -1,4 +1,4 @@
-//! Which signals have spectra and orders, and which part of a window contains them?
+//! The signals that have spectra and orders.
 
 use super::config::Signals;
 use super::modal_series::{Series, padded};

@@ -45,7 +45,7 @@ impl SurfaceWatch {
     /// The surface of a model.
     pub fn new(model: &Model, surface: &Surface) -> Self {
         let n = model.modes();
-        // The combination of modal values, as weights of the blocks' components.
+        // The combination of modal values, converted to weights of the blocks' components.
         let weight = |component: usize| {
             let mut unit = vec![0.0; 2 * n];
             unit[component] = 1.0;
@@ -62,7 +62,7 @@ impl SurfaceWatch {
         }
     }
 
-    /// Passes every position in a window at which the surface is crossed to `found`, with whether the
+    /// Passes every position in a window at which the surface is crossed to `visit`, with whether the
     /// combination rises there.
     pub fn crossings(&mut self, window: &Window<'_>, mut visit: impl FnMut(f64, bool)) {
         let modal = self.motion.on(window);

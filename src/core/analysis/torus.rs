@@ -19,10 +19,11 @@ const NEUTRAL: f64 = 1e-4;
 /// Largest average growth \[1/cycle\] over either part of that half.
 const PARTS_NEUTRAL: f64 = 1e-3;
 
-/// Standard deviations by which the averages of the deflection in the two parts may differ.
+/// Largest difference of the averages of the deflection in the two parts, in standard deviations of the
+/// deflection.
 const STEADY: f64 = 1e-3;
 
-/// Maximum number of closed curves of a torus that its trajectory visits in turn.
+/// Maximum number of closed curves of a torus. The trajectory visits the curves in turn.
 const MOST_CURVES: usize = 32;
 
 /// Distance \[1/cycle\] from a multiple of 1/q within which a frequency equals this multiple.

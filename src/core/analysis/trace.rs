@@ -89,7 +89,7 @@ pub trait TraceSink {
 pub struct TraceOutcome {
     /// Whole mesh cycles recorded.
     pub cycles: u64,
-    /// Earlier mesh cycles that were not integrated one by one, because contact was certain to last.
+    /// Skipped mesh cycles that were not integrated one by one, because contact was certain to last.
     pub jumped: u64,
     /// Samples passed to the sink.
     pub samples: u64,
@@ -195,7 +195,7 @@ struct Recorder<'a, S: TraceSink> {
     refused: Option<S::Error>,
 }
 
-/// Accuracy of the boundary between windows, in mesh periods: a few units in the last place.
+/// Tolerance on the boundary between two windows, in mesh periods: a few units in the last place.
 const JOINT: f64 = 8.0 * f64::EPSILON;
 
 impl<S: TraceSink> Recorder<'_, S> {

@@ -14,18 +14,19 @@ pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 /// Default distance of a twin, in half gaps: far above round-off, far below the gap.
 pub const SEPARATION: f64 = 1e-7;
 
-/// Effect of a finite distance of [`SEPARATION`] on a twin's exponent \[1/cycle\]. Near grazing contacts it
-/// reached 2.9e-4, in proportion to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At 3e-9 round-off changes the
-/// exponent of integrable motion by 2.4e-3. The limit is half the exponent that counts as zero, so that no
-/// verdict depends on it.
+/// Effect of a finite distance of [`SEPARATION`] on a twin's exponent \[1/cycle\]. Near grazing contacts, the
+/// effect is up to 2.9e-4. It is proportional to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At 3e-9,
+/// round-off changes the exponent of integrable motion by 2.4e-3. The limit is half the exponent that counts
+/// as zero, so that no verdict depends on it.
 const FINITE_DISTANCE: f64 = 5e-4;
 
 /// A twin of a trajectory.
 #[derive(Debug, Clone)]
 pub struct Twin {
     trajectory: TrajectoryState,
-    /// Distance to which the twin is pulled back, in half gaps and in the norm.
+    /// Distance to which the twin is pulled back, in half gaps.
     separation: f64,
+    /// The same distance in the norm.
     distance: f64,
     /// Averages of the tangent's growth minus the twin's.
     differences: CycleAverages,
@@ -34,8 +35,9 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// A twin of `trajectory` in the direction of a tangent. If neighbours separate in proportion to time,
-    /// directions turn slowly too, and a twin in another direction would differ for long.
+    /// A twin of `trajectory`, displaced in the direction of a tangent. If neighbours separate in proportion
+    /// to time, directions turn slowly too, and the exponent of a twin in another direction would differ for
+    /// long.
     ///
     /// * `separation`: distance, in half gaps.
     pub fn new(
@@ -83,7 +85,7 @@ impl Twin {
     ) {
         self.largest = self.largest.max(norm.length(&trajectory.state));
         let distance = norm.distance(&self.trajectory.state, &trajectory.state);
-        // Trajectories that merged to the last bit have contracted by at least round-off.
+        // Trajectories that are equal to the last bit have contracted by at least the machine precision.
         let distance = distance.max(f64::EPSILON * self.distance);
         let growth = (distance / self.distance).ln();
         self.differences.push(tangent - growth);
@@ -103,8 +105,8 @@ impl Twin {
     /// Whether the exponents of twin and tangent agree: the mean difference of their growth is zero within
     /// three standard errors. `None` if there are too few averages for an error.
     ///
-    /// Differences below [`FINITE_DISTANCE`], scaled up for larger separations, always count as agreement. So
-    /// do those from round-off, which do not average out if the state is large.
+    /// Differences below [`FINITE_DISTANCE`], increased for larger separations, always count as agreement. So
+    /// do differences from round-off, which do not average out if the state is large.
     pub fn agrees(&self) -> Option<bool> {
         let finite = FINITE_DISTANCE * (self.separation / SEPARATION).max(1.0);
         let differences = self.differences.values();

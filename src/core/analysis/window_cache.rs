@@ -1,12 +1,13 @@
-//! Values for window lengths that recur. A kernel has a few regular window lengths; windows cut at events have
-//! any length.
+//! Values for window lengths that recur. A kernel has a few regular window lengths. Windows that are cut at
+//! events can have any length.
 
-/// Number of remembered windows. A mesh computed from the gears cuts the cycle into sixty segments and at the
-/// events of its pairs. Even then, two windows of equal length are less than this number apart.
+/// Number of remembered windows. In a mesh computed from the gears, windows end at sixty segments of the
+/// cycle and at the events of its tooth pairs. Even then, two windows of equal length are less than this
+/// number apart.
 const REMEMBERED_WINDOWS: usize = 192;
 
-/// Maximum number of kept lengths: as many as a mesh computed from the gears has. With a smaller number, each
-/// would be computed again every cycle.
+/// Maximum number of kept lengths: as many as a mesh computed from the gears has. With a smaller number, the
+/// values of each length would be computed again in every cycle.
 const CAPACITY: usize = 96;
 
 /// Values by length of window \[s\], for recent lengths.
@@ -58,7 +59,7 @@ impl<T> WindowCache<T> {
         Some(&self.kept[place].1)
     }
 
-    /// Whether a length is recent. Compares many at a time, because most lengths are not.
+    /// Whether a length is recent. Many lengths are compared at a time, because most lengths are not recent.
     fn is_recent(&self, length: f64) -> bool {
         let any = |lengths: &[f64; 32]| {
             lengths

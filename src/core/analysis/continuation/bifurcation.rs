@@ -5,11 +5,11 @@
 //! | fold, pitchfork, transcritical | `det(M − I)`: a multiplier +1; a fold where P_p is not in the range of M − I |
 //! | period doubling | `det(M + I)` |
 //! | torus (Neimark–Sacker) | `Π (μ_i μ_j − 1)` over i < j: a pair on the unit circle |
-//! | graze | the extreme of a contact's depth |
-//! | merging | the offset of a part of the period, along itself |
+//! | graze | the depth of a contact at its extreme |
+//! | merging | the displacement after half a period, projected on its value at the first orbit |
 //!
-//! Signs of functions of all multipliers do not change where real multipliers become a complex pair. The size of such a
-//! function is that of its smallest factor ([`Test::at`]).
+//! The functions of all multipliers keep their sign where real multipliers become a complex pair. Near a
+//! zero, their smallest factor represents their size ([`Test::at`]).
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, off_circle, pairs_outside};
 use super::locate::{locate, merging};
@@ -20,15 +20,15 @@ use super::touches::Extreme;
 use num_complex::Complex64;
 use std::f64::consts::TAU;
 
-/// Largest difference between two locations of the same bifurcation, relative to the interval, and between two times of
-/// the same graze, in cycles.
+/// Largest difference between two locations of the same bifurcation, relative to the interval.
 const SAME_PLACE: f64 = 1e-9;
+/// Largest difference between two times of the same graze \[mesh cycles\].
 const SAME_TIME: f64 = 1e-3;
 
-/// Step, relative to the interval, below which a bifurcation other than a fold need not be located.
+/// Arclength of a step below which a bifurcation other than a fold need not be located.
 const FINE: f64 = 1e-5;
 
-/// Angle \[rad\] from a strong resonance at which a pair counts as resonant.
+/// Angle \[rad\] from a strong resonance within which a pair of multipliers counts as resonant.
 const RESONANT: f64 = 0.02;
 
 /// A branch that begins at a bifurcation and is not followed.
@@ -61,7 +61,7 @@ pub struct Bifurcation {
     pub after: usize,
     /// Arclength from the first orbit to the bifurcation.
     pub length: f64,
-    /// Interval of the parameter in which it lies.
+    /// Interval of the parameter that contains the bifurcation.
     pub bracket: [f64; 2],
     /// A branch that begins here and is not followed.
     pub unfollowed_branch: Option<Unfollowed>,
@@ -94,7 +94,7 @@ impl Bifurcation {
             && distance(&self.orbit.u, &other.orbit.u) <= SAME_ORBIT * other.orbit.size()
     }
 
-    /// The period of the orbits that the branch merges into, if it does.
+    /// The period of the orbits into which the branch merges here, if this is a merging.
     pub fn merges(&self) -> Option<u32> {
         match self.kind {
             Kind::Merging { period } => Some(period),
@@ -119,9 +119,10 @@ impl Bifurcation {
     }
 }
 
-/// The bifurcations between the last two orbits among `knots`, in order; knots are arclengths and orbits of a branch.
-/// `None` if a bifurcation could not be located. The two orbits may then not be neighbours on the branch, and the
-/// caller should retry with a shorter step, unless no shorter step is possible (`last_resort`).
+/// The bifurcations between the last two of `knots`, in order. Each knot is an orbit of the branch with its
+/// arclength. The result is `None` if a bifurcation cannot be located. The two orbits may then not be
+/// neighbours on the branch, and the caller should retry with a shorter step. If no shorter step is possible
+/// (`last_resort`), bifurcations that cannot be located are omitted.
 pub fn between(
     map: &mut impl CycleMap,
     span: &Span,
@@ -144,7 +145,7 @@ pub fn between(
         }
         let there = match locate(map, span, knots, &test) {
             Some(there) if there.narrow => there,
-            // A missed fold would lose the orbits beyond it.
+            // A fold that is not located requires a retry, because the orbits beyond it would be lost.
             _ if !last_resort && (kind == Kind::Fold || !fine) => return None,
             Some(there) => there,
             None => continue,
@@ -173,8 +174,8 @@ pub fn between(
     Some(bifurcations)
 }
 
-/// The functions that change their sign between two orbits, each with the kind that it suggests. The excitation repeats
-/// after `unit` cycles.
+/// The test functions whose signs at two orbits differ, each with the kind of bifurcation that it suggests.
+/// The excitation repeats after `unit` cycles.
 fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>, unit: u32) -> Vec<(Kind, Test)> {
     let mut tests = Vec::new();
     if Test::PlusOne.changes(a, b) {
@@ -186,7 +187,7 @@ fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>, unit: u32) -> Vec<(Kind, 
     if pairs_outside(a, 1.0) != pairs_outside(b, 1.0) && Test::Pair.changes(a, b) {
         tests.push((Kind::Torus, Test::Pair));
     }
-    // A branch of doubled period merges at half its period.
+    // A branch of doubled period merges into orbits of half its period.
     if b.period.is_multiple_of(2 * unit) {
         let period = b.period / 2;
         let test = Test::Offset(period, a.offset(period));
@@ -199,7 +200,7 @@ fn changed(a: &Orbit, b: &Orbit, grazes: Vec<Extreme>, unit: u32) -> Vec<(Kind, 
     tests
 }
 
-/// Extremes whose depth changes its sign from one orbit to the other.
+/// Extremes whose depths on the two orbits have different signs.
 fn grazes(a: &Orbit, b: &Orbit) -> Vec<Extreme> {
     let period = f64::from(b.period);
     (a.details.touches.extremes.iter())

@@ -1,9 +1,10 @@
 //! A branch of periodic orbits over a parameter, followed step by step through folds.
 //!
-//! A step extrapolates the last orbits by a polynomial and corrects the guess by Newton's method: at the guessed
-//! parameter or, where the branch is steep, on a plane across it. The angle between successive chords and the number
-//! of Newton steps control the step. The map is once differentiable at a change of the contact sequence, but its
-//! curvature may be large. Near such a change, only the observed angle shows how long a step may be.
+//! A step extrapolates the last orbits by a polynomial. Newton's method corrects this guess, at the guessed
+//! parameter or, where the branch is steep, on a plane across it. The angle between successive chords and the
+//! number of Newton steps control the length of the step. At a change of the contact sequence the map is once
+//! differentiable, but its curvature may be large. Near such a change, only the observed angle shows how long
+//! a step may be.
 
 use super::bifurcation::{Bifurcation, between};
 use super::end::End;
@@ -21,7 +22,7 @@ pub struct StepSettings {
     pub first: f64,
     /// Longest step, relative to the parameter's interval.
     pub longest: f64,
-    /// Shortest step; the branch ends if it would need a shorter one.
+    /// Shortest step, relative to the parameter's interval. The branch ends if it would need a shorter one.
     pub shortest: f64,
     /// Largest number of orbits in one direction.
     pub most: usize,
@@ -41,27 +42,29 @@ impl Default for StepSettings {
 /// Largest angle between successive chords \[rad\].
 const LARGEST_ANGLE: f64 = 0.35;
 
-/// Angle below which the step grows.
+/// Angle between successive chords \[rad\] below which the next step becomes longer.
 const SMALL_ANGLE: f64 = 0.12;
 
-/// Newton steps up to which the step grows.
+/// Largest number of Newton steps after which the next step becomes longer.
 const FEW_STEPS: u32 = 3;
 
-/// Number of rejected steps after which the exact tangent replaces the last orbits as the guess for the next step.
+/// Number of successive rejected steps after which the next guess uses the exact tangent instead of the last
+/// orbits.
 const FEW_REFUSALS: u32 = 2;
 
 /// Longest step, relative to the parameter's interval, by which a branch of doubled period may reach the orbits of
 /// half its period. A longer step shows that Newton's method has left the branch.
 const LONGEST_STEP_TO_PARENT: f64 = 1e-4;
 
-/// Distance of a merging from the first orbit, relative to the interval, below which the branch has only turned back.
+/// Distance of a merging from the first orbit, relative to the interval, below which the branch has only
+/// turned back.
 const AT_START: f64 = 1e-7;
 
-/// Factor on a rejected step.
+/// Factor by which a rejected step is shortened.
 const SHORTER: f64 = 0.4;
 
-/// Smallest size of an orbit, relative to the largest on its branch. A vanishing orbit can then be followed to its
-/// end.
+/// Lower bound of the size of an orbit, relative to the largest size on its branch. Distances stay finite
+/// with it, so that a branch can be followed to an orbit of vanishing size.
 const LEAST_SIZE: f64 = 0.02;
 
 /// A branch of orbits.
@@ -116,7 +119,7 @@ pub fn follow(
     Ok(down.joined(up))
 }
 
-/// Follows a branch from a second orbit on, away from the first.
+/// Follows a branch in one direction, from the first of two orbits through the second.
 pub fn follow_away(
     map: &mut impl CycleMap,
     span: &Span,
@@ -139,7 +142,7 @@ impl HalfBranch {
         }
     }
 
-    /// Joins this half, reversed, and the other half.
+    /// Joins this half, in reversed order, and the other half.
     fn joined(self, other: Self) -> Branch {
         let whole = self.lengths.last().copied().unwrap_or(0.0);
         let mut orbits: Vec<Orbit> = self.orbits.into_iter().rev().collect();
@@ -253,7 +256,7 @@ struct StepDirection {
     direction: Vector,
     /// Whether `direction` is the exact tangent.
     exact: bool,
-    /// Number of rejected steps from here.
+    /// Number of successive rejected steps from the last orbit.
     refusals: u32,
     /// Whether no shorter step will be tried.
     last_resort: bool,
@@ -270,7 +273,7 @@ struct AcceptedStep {
     found: Vec<Bifurcation>,
 }
 
-/// The next orbit.
+/// The next orbit, one step ahead. `Err` has the reason why the step is rejected.
 fn advance(
     map: &mut impl CycleMap,
     span: &Span,
@@ -310,7 +313,7 @@ fn advance(
         p: (found.at[span.axis] - ahead.p) / span.scale(),
         size: last.size(),
     };
-    // Written so that NaN is rejected.
+    // This form of the comparison also rejects NaN.
     let fits = angle <= LARGEST_ANGLE && away.length() <= LARGEST_DISTANCE * step;
     if !fits {
         return Err(End::Corner);
@@ -377,7 +380,7 @@ fn angle(a: &Vector, b: &Vector) -> f64 {
     a.cosine(b).clamp(-1.0, 1.0).acos()
 }
 
-/// The orbit at the end of the interval that a step crosses. [`End::Interval`] if the step began there, and
+/// The orbit at the end of the interval that a step crosses. [`End::Interval`] if the step began at this end.
 /// [`End::Corner`] if the orbit found there is far from the step, so that it belongs to another branch.
 fn at_the_end(
     map: &mut impl CycleMap,
@@ -425,7 +428,7 @@ fn take(
         && merging.orbit.period == *period
         && let Ok(end) = merging.orbit.doubled(map)
     {
-        // Beyond a merging, the branch repeats its orbits half a period later.
+        // Beyond a merging, the branch contains its own orbits again, each shifted by half a period.
         let knots = [
             (s, &half_branch.orbits[last]),
             (s + apart(span, &half_branch.orbits[last], &end), &end),
@@ -437,7 +440,7 @@ fn take(
         let mut merging = merging.clone();
         merging.length = knots[1].0;
         found.push(merging);
-        // A multiplier is +1 at a merging, so a multiplier near +1 does not indicate a fold there.
+        // At a merging a multiplier is +1, so that another multiplier near +1 does not indicate a fold.
         let near = knots[1].0 - 2.0 * LONGEST_STEP_TO_PARENT;
         half_branch
             .bifurcations
@@ -484,7 +487,7 @@ fn closes(map: &mut impl CycleMap, span: &Span, half_branch: &HalfBranch) -> boo
     again.is_ok_and(|again| same(&again, first))
 }
 
-/// Coordinates between two orbits at a value of the parameter.
+/// Coordinates at a value of the parameter, interpolated linearly between two orbits.
 pub fn interpolated(span: &Span, a: &Orbit, b: &Orbit, value: f64) -> Vec<f64> {
     let (from, to) = (a.at[span.axis], b.at[span.axis]);
     let part = if from == to { 0.5 } else { (value - from) / (to - from) };

@@ -1,9 +1,10 @@
 //! A bifurcation curve over two parameters.
 //!
-//! One parameter is fixed. Secants find the other one such that a multiplier is on the unit circle, or an extreme on
-//! a contact's surface. Every trial value is that of a corrected orbit. A fold has no orbits on one side, so its
-//! trial orbits lie on a plane across its null vector. Only the multiplier on the circle is computed, by inverse
-//! iteration from its last value. The direction of the curve decides which parameter is fixed.
+//! At each point, one parameter is fixed; the direction of the curve decides which. The secant method varies
+//! the other parameter until a multiplier is on the unit circle, or until an extreme of a contact's depth is
+//! zero. Every trial is an orbit corrected by Newton's method. A fold has no orbits on one side, so its trial
+//! orbits lie on a plane across its null vector. Only the critical multiplier is computed, by inverse
+//! iteration from its last value.
 
 use super::bifurcation::Bifurcation;
 use super::kind::{Kind, critical};
@@ -42,7 +43,7 @@ impl CurveSettings {
     }
 }
 
-/// A point of a curve, with any bifurcation of codimension two.
+/// A point of a curve, with the bifurcation of codimension two just before it, if any.
 #[derive(Debug, Clone)]
 pub struct CurvePoint {
     /// The orbit.
@@ -72,30 +73,33 @@ const SHORTEST: f64 = 1e-6;
 /// Largest turn of a curve from step to step \[rad\].
 const LARGEST_TURN: f64 = 0.5;
 
-/// Accuracy of a located point, relative to an interval (along a fold's null vector, to the motion's size), and largest
-/// number of orbits computed for the point.
+/// Accuracy of a located point, relative to the interval of the sought parameter. Along a fold's null vector,
+/// it is relative to the motion's size.
 const LOCATED: f64 = 1e-9;
+/// Largest number of orbits computed for one point.
 const MOST_TRIALS: usize = 60;
 
-/// Largest distance of a multiplier from its value at the bifurcation in a located point. A multiplier that jumps past its
-/// value stays farther away.
+/// Largest distance of the critical multiplier of a located point from its value at the bifurcation. A
+/// multiplier that jumps past this value stays farther away.
 const LARGEST_MULTIPLIER_ERROR: f64 = 1e-4;
 
-/// Depth that counts as zero, in sizes of the motion.
+/// Depth of an extreme that counts as zero, in sizes of the motion.
 const NO_DEPTH: f64 = 1e-12;
 
-/// First trial values, relative to the interval: there may be no orbit on one side of a graze.
+/// Offsets of the first trial from the guess, relative to the interval, in the order tried. On one side of a
+/// graze there may be no orbit.
 const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 
 /// Maximum number of halvings of a step if there is no orbit.
 const MOST_REFUSALS: usize = 12;
 
-/// First and largest change of the sought parameter, relative to its interval, or along a fold's null vector, in
-/// sizes of the motion.
+/// First and largest change of the sought parameter between trials, relative to its interval. Along a fold's
+/// null vector, the change is in sizes of the motion.
 const FIRST_TRIAL: f64 = 1e-5;
 const LONGEST_TRIAL: f64 = 0.02;
 
-/// Follows a bifurcation in the plane of both parameters, in both directions.
+/// Follows a bifurcation in the plane of both parameters, in both directions. `None` if such a bifurcation
+/// has no curve.
 pub fn follow(
     map: &mut impl CycleMap,
     plane: &CurveSettings,
@@ -106,7 +110,8 @@ pub fn follow(
         orbit: start.orbit.clone(),
         note: None,
     };
-    // First along the second parameter; along the first one if the curve turns in the second.
+    // The first step is along the second parameter. If the curve turns there and no point is found, it is
+    // along the first parameter.
     let mut halves = None;
     for axis in [1, 0] {
         let towards = |sense: f64| std::array::from_fn(|i| if i == axis { sense } else { 0.0 });
@@ -171,8 +176,8 @@ fn follow_one_direction(
                 let sharp = turn > LARGEST_TURN && points.len() > 1 && !cusp;
                 if sharp || far {
                     step *= 0.4;
-                    // If the curve leaves the last chord sharply however short the next step, the last step missed a
-                    // bend. Repeat that step with a shorter length.
+                    // If the curve leaves the last chord at a sharp angle even for a short step, the last
+                    // step has missed a bend. That last step is then repeated with a shorter length.
                     if sharp && step < 0.1 * length && 0.25 * length > SHORTEST {
                         points.pop();
                         step = 0.25 * length;
@@ -220,8 +225,8 @@ fn follow_one_direction(
     (points, end)
 }
 
-/// Length and direction of the last step, relative to the intervals; `None` before the first step. The fixed
-/// parameter differs between its ends.
+/// Length and direction of the last step, relative to the intervals; `None` before the first step. The length
+/// is not zero, because the fixed parameter has different values at both ends.
 fn chord(plane: &CurveSettings, points: &[CurvePoint]) -> Option<(f64, [f64; 2])> {
     let [.., before, last] = points else {
         return None;
@@ -290,7 +295,7 @@ impl CurveFunction {
         let matrix = orbit.monodromy.as_ref();
         let value = match eigenpair(matrix, *near) {
             Some(pair) => pair.value,
-            // Inverse iteration cannot choose between equally near multipliers.
+            // Inverse iteration fails if two multipliers are equally near.
             None => (eigenvalues(matrix).into_iter().flatten())
                 .min_by(|a, b| (a - *near).norm().total_cmp(&(b - *near).norm()))
                 .ok_or(NO_ORBIT)?,
@@ -306,8 +311,9 @@ impl CurveFunction {
     }
 }
 
-/// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last points.
-/// The polynomial starts at the latest point and ends where the parameter reverses.
+/// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last
+/// points. The polynomial uses points from the latest one back to the point where the fixed parameter
+/// reverses.
 fn extrapolated(
     last_orbits: &[&Orbit],
     target: MapParameters,
@@ -341,8 +347,8 @@ fn extrapolated(
     (u, place)
 }
 
-/// The point of the curve at the target's value of the fixed parameter. `slope` is the slope of the sought function,
-/// kept from point to point.
+/// The point of the curve at the target's value of the fixed parameter. `slope` is the slope of the function
+/// whose zero is sought. It is kept from one point to the next.
 fn point(
     map: &mut impl CycleMap,
     plane: &CurveSettings,
@@ -357,7 +363,7 @@ fn point(
     let (period, size) = (last.period, last.size());
     let mut function = CurveFunction::new(kind, last).ok_or(NO_MULTIPLIER)?;
     let (guess, place) = extrapolated(last_orbits, target, fixed_axis);
-    // A fold has orbits on one side only, so the search runs along its null vector.
+    // A fold has orbits on one side only, so the search moves along its null vector.
     let across = match kind {
         Kind::Fold => {
             let null = eigenpair(last.monodromy.as_ref(), Complex64::ONE).ok_or(NO_ORBIT)?;
@@ -400,7 +406,7 @@ fn point(
     if change.abs() <= LOCATED && older.1.abs() > LARGEST_MULTIPLIER_ERROR {
         change = FIRST_TRIAL;
     }
-    // The last trials with a negative and a positive value.
+    // Positions of the last trials with a negative and with a positive value.
     let mut bracket: [Option<f64>; 2] = [None; 2];
     let is_graze = matches!(function, CurveFunction::Depth(_));
     for trial in 0..MOST_TRIALS {
@@ -440,7 +446,7 @@ fn point(
         if !change.is_finite() {
             break;
         }
-        // The slope of a depth jumps at the graze, so it does not help at the next point.
+        // The slope of the depth jumps at the graze, so it does not help at the next point.
         *slope = (!is_graze).then_some(rate);
         if let [Some(low), Some(high)] = bracket {
             // If the slope jumps, secants alone may not converge.
@@ -453,7 +459,7 @@ fn point(
     Err("the bifurcation is not found nearby")
 }
 
-/// Whether a bifurcation lies on a known curve, that is, on a segment between similar orbits.
+/// Whether a bifurcation lies on a known curve, that is, on a segment between two similar orbits.
 pub fn is_known(plane: &CurveSettings, curves: &[Curve], bifurcation: &Bifurcation) -> bool {
     curves
         .iter()

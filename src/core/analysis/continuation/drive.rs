@@ -1,4 +1,4 @@
-//! The cycle map of a drive, as an input of continuation.
+//! The map over whole mesh cycles of a drive, for continuation.
 
 use super::map::{CycleMap, Details, Image, MapError, MapParameters};
 use super::orbit::length;
@@ -41,7 +41,8 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 pub struct DriveMap<'f, F> {
     family: &'f F,
     interrupt: &'f AtomicBool,
-    /// Weight of every coordinate over the unit: u = scale x.
+    /// Factor from each weighted component x of a state to its coordinate u = scale x: the weight divided by
+    /// the unit of the norm.
     scales: Vec<f64>,
     weighted: Vec<usize>,
     unit: u32,
@@ -75,7 +76,7 @@ impl CurrentModel {
 }
 
 impl<'f, F: ParametricDrive> DriveMap<'f, F> {
-    /// The map, with the scale of its coordinates at the given parameters.
+    /// The map of a family of drives. The scales of its coordinates are those at the given parameters.
     ///
     /// # Errors
     /// [`MapError`] if there is no model, or if the excitation is not periodic.
@@ -99,8 +100,8 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         })
     }
 
-    /// The same map. Its integrations end with [`Stop::Interrupted`](crate::propagate::Stop::Interrupted) once the flag
-    /// is raised.
+    /// The same map with an interrupt. Once the flag is raised, its integrations end with
+    /// [`Stop::Interrupted`](crate::propagate::Stop::Interrupted).
     pub fn with_interrupt(self, interrupt: &'f AtomicBool) -> Self {
         Self { interrupt, ..self }
     }
@@ -253,7 +254,8 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
         Ok(self.coordinates(&end))
     }
 
-    /// A difference quotient needs one more model and two integrations, an exact derivative needs seven models.
+    /// Computes a difference quotient, because it needs only one more model and two integrations. An exact
+    /// derivative needs seven models.
     fn near_derivative(
         &mut self,
         u: &[f64],
@@ -263,7 +265,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
     ) -> Result<Vec<f64>, MapError> {
         let mut ahead = at;
         ahead[axis] += step;
-        // There may be no drive beyond `at`.
+        // Beyond `at`, the parameters may give no model.
         let Ok(later) = self.end(u, ahead, period) else {
             return self.by_parameter(u, at, period, axis);
         };

@@ -9,7 +9,7 @@ pub enum End {
     Interval,
     /// The branch returns to its first orbit.
     Closed,
-    /// The branch meets orbits of half its period. It is the branch that begins at their period doubling.
+    /// The branch merges into orbits of half its period, at their period doubling.
     Merged {
         /// Period of the orbits that the branch meets.
         period: u32,
@@ -23,7 +23,7 @@ pub enum End {
     },
     /// The branch turns by more than the largest angle, however small the step.
     Corner,
-    /// The first orbit of a branch that is followed in one direction only.
+    /// The branch is followed in one direction only, and this is its first orbit.
     Start,
 }
 

@@ -1,4 +1,4 @@
-//! Which branches over a parameter can be reached from some orbits?
+//! Which branches over a parameter can be reached from a few orbits?
 //!
 //! Orbits are sought at some values of the parameter. A branch is followed in both directions from each orbit that
 //! lies on no known branch. Branches that begin at period doublings and branch points are followed as well. The order
@@ -35,7 +35,7 @@ pub struct ExplorationSettings {
     pub most: usize,
 }
 
-/// An initial state for the search.
+/// A given initial state near which an orbit is sought.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GivenState {
     /// Value of the parameter.
@@ -58,7 +58,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// A description; `first` is the number of the line's first branch.
+    /// A description in words. `first` is the number in the results of this exploration's first branch.
     pub fn text(&self, first: usize) -> String {
         match self {
             Self::Found(value) => format!("an orbit at {value}"),
@@ -92,7 +92,8 @@ pub enum ExploreError {
     Interrupted(#[from] Interrupted),
 }
 
-/// Explores a family of drives over its first parameter, at the value `second` of the second one.
+/// Finds the branches of a family of drives over its first parameter, at the value `second` of the second
+/// one.
 ///
 /// # Errors
 /// [`ExploreError`].
@@ -156,13 +157,13 @@ pub fn explore<F: ParametricDrive>(
             )?;
         }
     }
-    // If its integrations are interrupted, a search looks like one without orbits.
+    // An interrupted search ends like a search that finds no orbit, so the interrupt is checked once more.
     Interrupted::check(interrupt)?;
     report_lost_branches(&mut out, span);
     Ok(out)
 }
 
-/// Reports branches that were not followed, except those that were followed from their other ends.
+/// Reports branches that could not be followed, except those that were followed from their other ends.
 fn report_lost_branches(out: &mut Branches, span: &Span) {
     for branch in 0..out.all.len() {
         for number in 0..out.all[branch].1.bifurcations.len() {
@@ -230,8 +231,8 @@ fn begin(
     Ok(())
 }
 
-/// Follows the branches that begin at a bifurcation, given by its branch and its number. Returns a branch that could
-/// not be followed, if any.
+/// Follows the branches that begin at a bifurcation, given by its branch and its number. If a branch could
+/// not be followed, returns its period and the reason.
 fn follow_branches_at(
     map: &mut impl CycleMap,
     span: &Span,
@@ -279,7 +280,7 @@ fn follow_branches_at(
     unfollowed_branch
 }
 
-/// Whether the one branch that begins at a period doubling has been followed already, in either direction.
+/// Whether the branch that begins at a period doubling has already been followed, in either direction.
 fn is_end(branches: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bool {
     if at.kind != Kind::PeriodDoubling {
         return false;
@@ -298,11 +299,13 @@ fn is_end(branches: &Branches, span: &Span, at: &Bifurcation, period: u32) -> bo
     })
 }
 
-/// Distance below which two period doublings are the same, relative to the interval and to the size of the motion.
+/// Difference below which two orbits or two period doublings are the same, relative to the interval and to
+/// the size of the motion.
 const SAME_PLACE: f64 = 1e-5;
 
-/// Whether an orbit lies on a known branch. It does if the orbit of that branch, on the plane through the given orbit
-/// and across a chord of the branch, is the same.
+/// Whether an orbit lies on a known branch. For each chord of the branch, the orbit of the branch is computed
+/// on a plane across the chord and through the given orbit. The given orbit lies on the branch if both orbits
+/// are the same.
 fn is_known(map: &mut impl CycleMap, span: &Span, branches: &Branches, orbit: &Orbit) -> bool {
     for (_, branch) in &branches.all {
         if branch.orbits[0].period != orbit.period {
@@ -319,8 +322,8 @@ fn is_known(map: &mut impl CycleMap, span: &Span, branches: &Branches, orbit: &O
     false
 }
 
-/// Whether a branch passes a given orbit just before its orbit number `last`. `start` is one of the strobes of
-/// the given orbit.
+/// Whether a branch passes a given orbit between its orbits `last − 1` and `last`. `start` is one of the
+/// strobe states of the given orbit.
 fn passes(
     map: &mut impl CycleMap,
     span: &Span,
@@ -346,7 +349,7 @@ fn passes(
         .collect();
     let s = branch.lengths[last - 1];
     let near = guess(span, &knots, s + along * (branch.lengths[last] - s));
-    // A guess on the plane through the orbit.
+    // A second guess: the point on the chord that is nearest to the given orbit.
     let on_plane = Vector {
         u: (a.u.iter().zip(&chord.u))
             .map(|(a, c)| a + along * c)

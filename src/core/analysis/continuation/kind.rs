@@ -9,7 +9,8 @@ use num_complex::Complex64;
 use std::f64::consts::TAU;
 use strum::IntoStaticStr;
 
-/// Component of P_p outside the range of M − I, relative to its length, above which a multiplier +1 is a fold.
+/// Part of the derivative P_p of the map with respect to the parameter that lies outside the range of M − I,
+/// relative to the length of P_p. Above this value, a multiplier +1 is a fold.
 const OUT_OF_RANGE: f64 = 1e-6;
 
 /// Distance from the unit circle, or from ±1, below which a multiplier counts as lying there.
@@ -19,24 +20,25 @@ pub(super) const ON_CIRCLE: f64 = 1e-4;
 #[derive(Debug, Clone, Copy, PartialEq, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Kind {
-    /// The branch turns at a parameter value where two orbits meet.
+    /// Two orbits of the branch meet, and the parameter reverses.
     Fold,
-    /// A multiplier +1 without a turn: another branch crosses.
+    /// A multiplier +1 without a reversal of the parameter: another branch crosses.
     BranchPoint,
     /// A multiplier −1: an orbit of twice the period begins.
     PeriodDoubling,
     /// A pair on the unit circle: a torus begins.
     Torus,
-    /// An extreme touches a contact's surface.
+    /// An extreme of a contact's depth is zero: the orbit touches the contact's surface.
     Graze {
         /// The extreme.
         extreme: Extreme,
     },
-    /// Multipliers jump across the unit circle where the map has a corner, and the branch does not turn.
+    /// Multipliers jump across the unit circle where the derivative of the map jumps. The branch does not
+    /// turn.
     Jump,
-    /// The contact sequence changes without an extreme on a surface.
+    /// The contact sequence changes, although no extreme of a depth is zero.
     Sequence,
-    /// The orbit merges into one of half its period, at the period doubling of that one.
+    /// The branch merges into orbits of half its period, at their period doubling.
     Merging {
         /// Period of the other orbit, in cycles.
         period: u32,
@@ -121,7 +123,8 @@ pub enum Test {
     Pair,
     /// The depth of the extreme nearest in time to the given one.
     Depth(Extreme),
-    /// The offset after some cycles, projected on its value at the first orbit.
+    /// The displacement after the given number of cycles, projected on the given vector: its value at the
+    /// first orbit.
     Offset(u32, Vec<f64>),
 }
 
@@ -140,8 +143,9 @@ fn product(factors: impl Iterator<Item = Complex64>) -> (f64, f64) {
 }
 
 impl Test {
-    /// Value of the test at an orbit: the logarithm of the modulus of its smallest factor, comparable only with values
-    /// of the same test, and its sign. `None` if the orbit has no such extreme.
+    /// Value of the test at an orbit: the logarithm of a modulus, and a sign. For a product, the modulus is
+    /// that of its smallest factor. Logarithms of different tests are not comparable. `None` if the orbit has
+    /// no such extreme.
     pub fn at(&self, orbit: &Orbit) -> Option<(f64, f64)> {
         let all = &orbit.multipliers;
         Some(match self {
@@ -164,7 +168,8 @@ impl Test {
             Self::Offset(cycles, along) => {
                 let offset = orbit.offset(*cycles);
                 let dot: f64 = offset.iter().zip(along).map(|(a, b)| a * b).sum();
-                // Orbits of the shorter period lie beyond the end of the branch.
+                // The value is negative at an orbit of the shorter period, because such orbits lie beyond the
+                // end of the branch.
                 match dot / length(along) {
                     off if off.abs() < SAME_ORBIT * orbit.size() => signed(-SAME_ORBIT),
                     off => signed(off),
@@ -179,7 +184,7 @@ impl Test {
     }
 }
 
-/// Number of complex multipliers outside the circle of a radius.
+/// Number of complex multipliers, two per pair, with a modulus above `radius`.
 pub(super) fn pairs_outside(orbit: &Orbit, radius: f64) -> usize {
     let outside = |m: &&Complex64| m.im != 0.0 && m.norm() > radius;
     orbit.multipliers.iter().filter(outside).count()
@@ -189,7 +194,8 @@ fn signed(value: f64) -> (f64, f64) {
     (value.abs().ln(), if value < 0.0 { -1.0 } else { 1.0 })
 }
 
-/// Whether P_p lies in the range of M − I: with ψ the left null vector of M − I, a fold has `ψ·P_p ≠ 0`.
+/// Whether P_p lies in the range of M − I, so that a multiplier +1 belongs to a branch point. With ψ the left
+/// null vector of M − I, a fold has `ψ·P_p ≠ 0`.
 pub(super) fn crosses(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> bool {
     let column = map.by_parameter(&orbit.u, orbit.at, orbit.period, span.axis);
     let transposed = orbit.monodromy.transpose().to_owned();

@@ -13,13 +13,13 @@ use num_complex::Complex64;
 /// Accuracy to which a bifurcation is located, relative to the parameter's interval.
 const LOCATED: f64 = 1e-12;
 
-/// Arclength of the bracket below which its ends also count as close enough.
+/// Arclength of a bracket below which a zero counts as located if the parameters of both ends are equal.
 const NARROW: f64 = 1e-7;
 
 /// Largest number of orbits computed to locate one zero.
 const MOST_TRIALS: usize = 80;
 
-/// Factor on a step after a step that left more than half of the bracket.
+/// Factor by which a step grows after a step that left more than half of the bracket.
 const BEYOND: f64 = 4.0;
 
 /// Shortest step inside a bracket, in arclength.
@@ -37,8 +37,8 @@ pub(super) struct Located {
 }
 
 impl Located {
-    /// The kind of bifurcation, from the kind that the test suggests. `None` if no multiplier crosses the unit
-    /// circle, for example if two real multipliers have the product 1.
+    /// The kind of bifurcation at the zero, from the kind that the test suggests. `None` if no multiplier
+    /// crosses the unit circle, for example if two real multipliers have the product 1.
     pub fn kind(
         &self,
         map: &mut impl CycleMap,
@@ -57,7 +57,8 @@ impl Located {
             Kind::Fold if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) => {
                 if crosses(map, span, &self.orbit) { Kind::BranchPoint } else { Kind::Fold }
             }
-            // Where M is discontinuous, the determinant changes its sign without a zero, and so does dp/ds.
+            // If M jumps, the determinant changes its sign without a zero. If dp/ds also changes its sign,
+            // the bifurcation is a fold.
             Kind::Fold if self.turns(map, span, knots) => Kind::Fold,
             Kind::PeriodDoubling | Kind::Torus
                 if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) =>
@@ -89,12 +90,12 @@ impl Located {
     }
 }
 
-/// Largest distance of a merging from the step, relative to the parameter's interval. The step is a chord across the
-/// merging, so that it may be shorter.
+/// Largest distance of a merging from the last orbit, relative to the parameter's interval, or the length of
+/// the step if that is larger. The step is a chord across the merging and may be shorter than this distance.
 const FARTHEST: f64 = 0.02;
 
-/// The period doubling of the orbits of period `period`, at which the branch merges into them. The search runs along
-/// these orbits, because the equations of the branch itself are singular there.
+/// The period doubling of the orbits of period `period`, at which the branch merges into them. The search
+/// follows these orbits, because the equations of the branch itself are singular there.
 pub(super) fn merging(
     map: &mut impl CycleMap,
     span: &Span,
@@ -117,7 +118,7 @@ pub(super) fn merging(
         let mut at = a.at;
         at[span.axis] = value;
         let orbit = find(map, guess, at, period, &OrbitCondition::Parameters).ok()?;
-        // det(M + I), smooth where two real multipliers become a pair.
+        // det(M + I), which stays smooth where two real multipliers become a pair.
         let determinant: Complex64 = orbit.multipliers.iter().map(|m| m + 1.0).product();
         Some((value, determinant.re, orbit))
     };
@@ -139,7 +140,7 @@ pub(super) fn merging(
     if (newer.0 - start).abs() > (s_b - s_a).max(FARTHEST) * span.scale() {
         return None;
     }
-    // If the multipliers jump, the determinant has no zero.
+    // If a multiplier jumps past −1, the determinant has no zero.
     let there = critical(&Kind::PeriodDoubling, &newer.2)?;
     if (there + 1.0).norm() > ON_CIRCLE {
         return None;
@@ -149,7 +150,8 @@ pub(super) fn merging(
     Some((newer.2, *s_b, bracket))
 }
 
-/// Fractions of a bracket at which an orbit is sought, in order, if there is none at the first choice.
+/// Fractions of a bracket at which an orbit is sought, in this order, if no orbit is found at the first
+/// choice.
 const PARTS: [f64; 4] = [0.5, 0.3, 0.7, 0.1];
 
 /// The zero of a test between the last two orbits.
@@ -169,7 +171,7 @@ pub(super) fn locate(
     };
     let mut low = (*s_a, value(a)?, (*a).clone());
     let mut high = (*s_b, value(b)?, (*b).clone());
-    // If the parameter reverses in the bracket, the fold cannot be reached at a given parameter.
+    // If the parameter reverses in the bracket, Newton's method at a given parameter cannot reach the fold.
     let turns = Test::PlusOne.changes(a, b);
     let mut exact = None;
     let (mut before, mut misses) = (f64::INFINITY, 0);
@@ -184,7 +186,7 @@ pub(super) fn locate(
         misses = if width > 0.5 * before { misses + 1 } else { (misses - 1).max(0) };
         before = width;
         let part = match test {
-            // The offset has no useful value beyond a merging, only a sign.
+            // Beyond a merging, the offset has only a sign and no useful value.
             Test::Offset(..) => 0.5,
             _ => beyond_secant(low.1 / (low.1 - high.1), width, misses),
         };
@@ -225,9 +227,10 @@ fn nearer<'a>(low: &'a (f64, f64, Orbit), high: &'a (f64, f64, Orbit)) -> &'a (f
     if low.1.abs() < high.1.abs() { low } else { high }
 }
 
-/// The fraction of a bracket at which to evaluate a function with its secant's zero at the fraction `secant`. The
-/// secant falls short of the zero or passes it, and only then closes the bracket. After each of `misses` steps that left
-/// more than half of the bracket, the next step is longer, up to the middle.
+/// The fraction of a bracket at which to evaluate the function next. Its secant is zero at the fraction
+/// `secant`. If the secants always stop on the same side of the zero, the bracket hardly shrinks. Therefore,
+/// after each of `misses` steps that left more than half of the bracket, the next step is longer, up to the
+/// middle.
 fn beyond_secant(secant: f64, width: f64, misses: i32) -> f64 {
     let nearer = secant.min(1.0 - secant).max(SHORTEST / width);
     let reach = (nearer * BEYOND.powi(misses)).min(0.5);
@@ -261,7 +264,7 @@ fn inside(
         .collect();
     let chord = Vector::between(span, low, high);
     let across = if turns { PathCondition::Always(&chord) } else { PathCondition::Steep(&chord) };
-    // A polynomial through a corner is a bad guess, but a chord is not.
+    // At a corner of the branch, a polynomial is a bad guess, but a chord is not.
     [guess(span, &chosen, s), guess(span, &ends, s)]
         .into_iter()
         .find_map(|guess| {

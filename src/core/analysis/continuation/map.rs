@@ -1,8 +1,8 @@
-//! The interface between continuation and a system: the map over whole cycles.
+//! The map over whole mesh cycles, the interface between continuation and a system.
 //!
-//! The coordinates u are those of the energy norm in half gaps, without the neutral pair. Distances are relative to
-//! the size of the orbit ([`Details::size`]), because an orbit may never reach a gap. The map can be a drive
-//! ([`super::drive::DriveMap`]) or, in tests, a planted map with a known normal form.
+//! The coordinates u are those of the energy norm in half gaps, without the neutral pair. Distances are
+//! relative to the size of the orbit ([`Details::size`]), because an orbit may be much smaller than the gap.
+//! The map is that of a drive ([`super::drive::DriveMap`]) or, in tests, a map with a known normal form.
 
 use super::touches::Touches;
 use faer::Mat;
@@ -64,7 +64,7 @@ pub struct Motion {
     pub force_peak: f64,
 }
 
-/// A map of cycles that depends on two parameters.
+/// A map over mesh cycles that depends on two parameters.
 pub trait CycleMap {
     /// Number of coordinates.
     fn dimension(&self) -> usize;
@@ -92,8 +92,8 @@ pub trait CycleMap {
         axis: usize,
     ) -> Result<Vec<f64>, MapError>;
 
-    /// The same derivative for Newton's method, which needs few of its digits. It may be a difference quotient over
-    /// `step`.
+    /// The same derivative for Newton's method, for which a low accuracy is sufficient. It may be a
+    /// difference quotient over `step`.
     ///
     /// # Errors
     /// [`MapError`].

@@ -1,4 +1,4 @@
-//! Down to which load do the flanks stay in contact? The onset of rattle in closed form.
+//! The onset of rattle in closed form: the load below which the drive flank loses contact.
 //!
 //! While contact lasts, the motion is linear. At a given speed, the depth of the drive flank's contact under load L
 //! is `d(t; L) = d₀(t) + L d₁(t)`, computed from the orbits at two loads without separation. It vanishes at time t
@@ -17,7 +17,7 @@ use crate::propagate::{Observer, Window};
 /// The onset of rattle at a value of the other parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Onset {
-    /// The parameters at the onset; the load among them is the largest one under which contact is lost.
+    /// The parameters at the onset. The load among them is the largest one under which contact is lost.
     pub at: MapParameters,
     /// Mesh phase of the graze \[cycles of the base period\].
     pub phase: f64,
@@ -52,8 +52,8 @@ impl Observer for Depths<'_> {
     }
 }
 
-/// The onset at `at`, with its entry `load` replaced. `None` if the drive does not stay in contact under any load
-/// tried.
+/// The onset at the parameters `at`. The entry `load` of `at` is replaced by the load at the onset. `None` if
+/// the drive does not stay in contact under any load tried.
 ///
 /// # Errors
 /// [`MapError`] if there is no model.
@@ -93,7 +93,7 @@ pub fn onset<F: ParametricDrive>(
     else {
         return Ok(None);
     };
-    // A position on the border of two windows has a neighbour in each.
+    // A position on the border of two windows has neighbours in both windows.
     let (count, ends) = (a.len(), [place(1), place(PLACES - 1)]);
     let mut stretches = vec![(
         window,
@@ -131,7 +131,7 @@ pub fn onset<F: ParametricDrive>(
     }))
 }
 
-/// The orbit in lasting contact of the drive flank; `None` if contact changes.
+/// The orbit on which the drive flank stays in contact; `None` if any contact opens or closes.
 fn in_contact<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
     at: MapParameters,

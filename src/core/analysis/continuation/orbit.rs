@@ -54,7 +54,8 @@ impl Orbit {
         self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
-    /// Whether the orbit already repeats after half its period, if the excitation does, with its period of `unit` cycles.
+    /// Whether the orbit already repeats after half its period. This half must be a multiple of the
+    /// excitation's period of `unit` cycles.
     pub(super) fn repeats_sooner(&self, unit: u32) -> bool {
         self.period.is_multiple_of(2 * unit)
             && length(&self.offset(self.period / 2)) < SAME_ORBIT * self.size()
@@ -83,14 +84,14 @@ impl Orbit {
         twice.complete(map, 2 * self.period)
     }
 
-    /// Displacement from the start after some cycles of a period. It is zero if the orbit repeats after these cycles.
+    /// Displacement from the start after some cycles. It is zero if the orbit repeats after these cycles.
     pub fn offset(&self, cycles: u32) -> Vec<f64> {
         let later = &self.details.strobes[cycles as usize];
         later.iter().zip(&self.u).map(|(a, b)| a - b).collect()
     }
 }
 
-/// Which condition selects the orbit near a guess.
+/// The condition that selects one orbit near a guess.
 #[derive(Debug, Clone)]
 pub enum OrbitCondition {
     /// The parameters are those of the guess.
@@ -129,7 +130,7 @@ pub enum NoOrbit {
 pub struct OrbitSolution {
     /// State at the start of the orbit, in the coordinates u of the map ([`super::map`]).
     pub u: Vec<f64>,
-    /// Parameters at which it is the orbit.
+    /// Parameters of the orbit.
     pub at: MapParameters,
     /// Distance of u from its image after a period \[half gaps\].
     residual: f64,
@@ -180,8 +181,8 @@ pub fn correct(
         if !found && (long.is_nan() || long > LONGEST_STEP * size) {
             return Err(NoOrbit::Newton { residual });
         }
-        // A last short step costs nothing, because its matrix is known. Near a fold, the step would be long and
-        // consist of round-off.
+        // A last short step is cheap, because its matrix is known. Near a fold this step would be long and
+        // consist of round-off, so it is omitted.
         if !found || long <= LAST_STEP * size {
             for (u, step) in u.iter_mut().zip(&step) {
                 *u += step;

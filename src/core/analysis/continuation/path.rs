@@ -3,8 +3,8 @@
 use super::map::{CycleMap, MapParameters};
 use super::orbit::{NoOrbit, Orbit, OrbitCondition, OrbitSolution, correct, length};
 
-/// Weight in the arclength: a change of the orbit by the size of its motion, relative to a change of the parameter by
-/// its whole interval.
+/// Weight of the orbit in the arclength. It multiplies a change of the orbit in sizes of its motion. A change
+/// of the parameter by its whole interval has the weight 1.
 pub(super) const WEIGHT: f64 = 0.1;
 
 /// Smallest parameter component of a unit tangent for a search at a fixed parameter. If the component is smaller, the
@@ -49,7 +49,7 @@ impl Span {
 pub struct Vector {
     /// Coordinates.
     pub u: Vec<f64>,
-    /// The parameter over its unit.
+    /// The parameter divided by the length of its interval, unless stated otherwise.
     pub p: f64,
     /// Size of the motion, the unit of the coordinates in lengths.
     pub size: f64,
@@ -125,7 +125,8 @@ pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
 pub enum PathCondition<'v> {
     /// The parameter of the guess.
     Parameter,
-    /// A plane across this direction if the branch is steep along it, otherwise the parameter.
+    /// A plane across this direction if the branch is steep along the direction, otherwise the parameter of
+    /// the guess.
     Steep(&'v Vector),
     /// A plane across this direction. Between two orbits, a branch crosses every plane across their chord, even if the
     /// parameter reverses.

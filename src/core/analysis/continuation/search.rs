@@ -40,8 +40,8 @@ pub fn orbits<F: ParametricDrive>(
     let Ok(path) = strobes(map, at, start, search) else {
         return Ok(found);
     };
-    // After a chaotic transient, round-off decides which orbit is reached. More trajectories therefore start farther
-    // out.
+    // After a chaotic transient, round-off decides which orbit a trajectory reaches. Further trajectories
+    // therefore start at other distances from the mean of the first one.
     let others = DISTANCE_FACTORS.map(|factor| widened(&path, factor));
     let mut paths = vec![path];
     for start in others {
@@ -85,10 +85,11 @@ pub fn take(
     }
 }
 
-/// Factors on the last state's distance from the mean of the trajectory, for the additional starts.
+/// Factors from the last state's displacement from the mean of the trajectory to that of each additional
+/// start.
 const DISTANCE_FACTORS: [f64; 3] = [-1.0, 2.0, -3.0];
 
-/// The state at `factor` times the last state's distance from the mean of a path.
+/// The state at `factor` times the displacement of the last state from the mean of a path.
 fn widened(path: &[Vec<f64>], factor: f64) -> Vec<f64> {
     let last = &path[path.len() - 1];
     let mean = |i: usize| path.iter().map(|u| u[i]).sum::<f64>() / path.len() as f64;
@@ -116,8 +117,9 @@ fn strobes<F: ParametricDrive>(
     Ok(path)
 }
 
-/// Midpoints between a state of the path and its return after `period` cycles, nearest returns first. No two are
-/// within a period of each other, and all are at the start of the base period.
+/// Midpoints between a state of the path and its return after `period` cycles, nearest returns first. No two
+/// of them are within a period of each other. All have the same phase of the excitation as the start of the
+/// path.
 fn near_returns(path: &[Vec<f64>], period: usize, unit: usize, most: usize) -> Vec<Vec<f64>> {
     let return_distance = |n: usize| distance(&path[n], &path[n + period]);
     let places = (0..path.len().saturating_sub(period)).step_by(unit);

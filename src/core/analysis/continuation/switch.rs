@@ -28,8 +28,8 @@ pub enum NoBranch {
     OnlyKnown,
 }
 
-/// The first two orbits of every branch that begins at a bifurcation: the orbit at the bifurcation, with the period
-/// of the branch, and one away from it.
+/// The first two orbits of every branch that begins at a bifurcation. The first one is the orbit at the
+/// bifurcation, with the period of the branch. The second one lies away from it.
 pub fn branches(
     map: &mut impl CycleMap,
     span: &Span,
@@ -61,7 +61,7 @@ pub fn branches(
     sides.iter().map(displaced).collect()
 }
 
-/// The first orbit, away from the bifurcation, of the branch that leaves it in a direction.
+/// The first orbit of the branch that leaves the bifurcation in the direction `side` times `direction`.
 fn first(
     map: &mut impl CycleMap,
     span: &Span,
@@ -74,7 +74,8 @@ fn first(
         let guess: Vec<f64> = (here.u.iter().zip(direction))
             .map(|(u, v)| u + side * away * v)
             .collect();
-        // At the bifurcation itself, the derivative with respect to the parameter is in the range of M − I.
+        // The derivative is taken at the guess, because at the bifurcation it lies in the range of M − I. The
+        // linear system would then be singular.
         let column = map
             .by_parameter(&guess, here.at, here.period, span.axis)
             .map_err(NoOrbit::from)?;

@@ -1,4 +1,4 @@
-//! Which contacts does an orbit close and open, and how near is it to a change of this sequence?
+//! Which contacts does an orbit close and open, and how far is it from a change of this sequence?
 //!
 //! The depth of a contact is `s δ − b` with the gap b; it is negative while the contact is open. If an extreme of the
 //! depth is zero, the orbit grazes the contact from outside (a maximum) or from inside (a minimum), and the contact
@@ -11,7 +11,7 @@ use crate::numerics::roots::sign_changes;
 use crate::propagate::{Event, Observer, Window};
 use std::collections::BTreeMap;
 
-/// Round-off of the derivative of a series, relative to the sum of its terms' sizes.
+/// Round-off of the derivative of a series, relative to the sum of the sizes of the series' terms.
 const SLOPE_NOISE: f64 = 1024.0 * f64::EPSILON;
 
 /// An extreme of the depth of a contact.
@@ -32,7 +32,7 @@ pub struct Extreme {
 pub struct Touches {
     /// Contact changes in order: the contact, and whether it closes.
     pub sequence: Vec<(usize, bool)>,
-    /// Extremes of the depths, in order of time.
+    /// Extremes of the depths by window, then by contact, then in order of time.
     pub extremes: Vec<Extreme>,
 }
 
@@ -53,8 +53,8 @@ impl Touches {
             .min_by(f64::total_cmp)
     }
 
-    /// Contact changes over the period, counted by the signs of the depths at their extremes. Changes at the grazing
-    /// extreme are omitted, because its depth is round-off.
+    /// Number of contact changes over the period, counted by the signs of the depths at their extremes. The
+    /// grazing extreme is omitted, because its depth is round-off.
     pub fn changes_besides_graze(&self, graze: &Extreme) -> usize {
         let same = |e: &&Extreme| e.contact == graze.contact && e.minimum == graze.minimum;
         let grazing = (self.extremes.iter().filter(same))
@@ -94,8 +94,8 @@ impl Touches {
         self.sequence.iter().map(word).collect::<Vec<_>>().join(" ")
     }
 
-    /// The extreme of the same contact and kind that is nearest in time to the given one, on an orbit of `period`
-    /// cycles.
+    /// The extreme of the same contact and kind that is nearest in time to the given one. The orbit has a
+    /// period of `period` cycles.
     pub fn nearest(&self, to: &Extreme, period: f64) -> Option<&Extreme> {
         let time_difference = |e: &Extreme| {
             let d = (e.time - to.time).rem_euclid(period);
@@ -138,8 +138,8 @@ impl<'m> TouchObserver<'m> {
         }
     }
 
-    /// The touches of a whole period. A depth that turns at the start of the period has an extreme there, which no
-    /// window contains.
+    /// The touches of a whole period. If a depth turns exactly at the start of the period, no window contains
+    /// this extreme. It is added here.
     pub fn of_period(self) -> Touches {
         let mut touches = self.touches;
         let extremes_at_start = (self.start_extremes.into_iter().flatten())
@@ -315,7 +315,7 @@ mod tests {
         structure.contacts = vec![stop];
         let mut drive = fixtures::two_level_mesh(1e-5);
         drive.mesh = Division::levels(&[4e8, 3e8], &[0.6]);
-        // The flank errors of both divisions are three micrometres at their common end.
+        // The flank errors of both divisions are three micrometres where the divisions meet.
         for (division, bend) in drive.mesh.iter_mut().zip([1e-6, 2e-6]) {
             let mut series = [0.0; STIFFNESS_TERMS];
             (series[0], series[2]) = (3e-6 - bend, bend);

@@ -44,13 +44,13 @@ impl Coefficients {
         self.packed.copy_from_slice(packed);
     }
 
-    /// The first i + 1 coefficients of vector i; the others are 0.
+    /// The first i + 1 coefficients of vector i; the further ones are 0.
     pub fn vector(&self, i: usize) -> &[f64] {
         &self.packed[column(i)..column(i + 1)]
     }
 
-    /// Propagates the vectors backwards through a cycle with this R. `growth` gets the logarithm of each
-    /// vector's growth forwards.
+    /// Propagates the vectors backwards through a cycle with the factor R. Writes the logarithm of each
+    /// vector's growth over the cycle, forwards in time, to `growth`.
     pub fn back(&mut self, factor: &[f64], growth: &mut [f64]) {
         for (i, growth) in growth.iter_mut().enumerate().take(self.vectors) {
             let c = &mut self.packed[column(i)..column(i + 1)];
@@ -67,7 +67,7 @@ impl Coefficients {
     }
 
     /// The smallest angle between the space of the first `unstable` vectors and that of the last `stable`
-    /// \[rad\]; `None` if the vectors of the latter are dependent within round-off.
+    /// vectors \[rad\]; `None` if the computation fails.
     pub fn angle(&self, unstable: usize, stable: usize) -> Option<f64> {
         let m = self.vectors;
         // The first vectors span the first coordinates. The component of a unit vector outside these coordinates

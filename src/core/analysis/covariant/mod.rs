@@ -1,10 +1,11 @@
 //! Which directions grow independently, and how close do growing and shrinking directions come?
 //!
 //! Covariant Lyapunov vectors of a motion that does not repeat, by Ginelli's algorithm. Tangents are
-//! integrated forwards and orthonormalised once per mesh cycle, and the factors R are kept. Coefficients
-//! are propagated backwards through these ([`ginelli`]). Each vector grows by one exponent; its local
-//! exponents are those of single cycles. If the spaces of growing and of shrinking directions touch, the
-//! motion is not hyperbolic, and nearby orbits need not have shadows.
+//! integrated forwards and orthonormalised once per mesh cycle, and the factors R are kept. The coefficients
+//! of the vectors are then propagated backwards through these factors ([`ginelli`]). Each vector grows by one
+//! exponent; its local exponents are those of single cycles. If the spaces of growing and of shrinking
+//! directions touch, the motion is not hyperbolic. Trajectories with small errors then need not be shadowed
+//! by true ones.
 
 mod ginelli;
 #[cfg(test)]
@@ -22,13 +23,13 @@ use ginelli::{Coefficients, entries};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 
-/// Random stream of a point for tangents and coefficients.
+/// Number of the random stream of a point for tangents and coefficients.
 const STREAM: u64 = 1 << 35;
 
 /// Standard errors by which an exponent must differ from zero.
 const SIGMAS: f64 = 2.0;
 
-/// Probabilities of the quantiles of angles.
+/// Probabilities at which the quantiles of the angles are given.
 pub const ANGLE_SHARES: [f64; 5] = [0.01, 0.1, 0.5, 0.9, 0.99];
 
 /// Maximum memory of the factors \[bytes\].
@@ -41,8 +42,8 @@ pub struct CovariantConfig {
     pub vectors: usize,
     /// Measured mesh cycles.
     pub cycles: u64,
-    /// Discarded mesh cycles at either end: the tangents align before the measurement, the coefficients
-    /// after it.
+    /// Discarded mesh cycles at either end of the record. The tangents align before the measurement, and the
+    /// coefficients, which are propagated backwards, after it.
     pub align: u64,
 }
 
@@ -103,7 +104,7 @@ pub enum CovariantError {
     },
 }
 
-/// Covariant vectors along a motion from a state on it.
+/// Computes the covariant vectors along a motion from a state on it.
 ///
 /// # Errors
 /// [`CovariantError`].

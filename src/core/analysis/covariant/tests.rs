@@ -3,7 +3,7 @@ use super::*;
 use crate::model::{OperatingPoint, fixtures};
 use crate::numerics::random::Stream;
 
-/// The plane of one mode, with the raw norm.
+/// The model of one mode, whose state space is a plane, with the raw norm.
 fn plane() -> (EnergyNorm, usize) {
     let structure = fixtures::structure(&[0.0], 0.0, &[1.0], &[1.0]);
     let drive = fixtures::two_level_mesh(10e-6);
@@ -61,7 +61,7 @@ fn random() -> Coefficients {
     Coefficients::random(2, &mut Stream::new(9, 2, 6))
 }
 
-/// `[[3, 2], [1, 1]]` on the torus: constant eigenvectors `(1 ± √3, 1)`, multipliers 2 ± √3.
+/// The matrix `[[3, 2], [1, 1]]`: constant eigenvectors `(1 ± √3, 1)`, multipliers 2 ± √3.
 #[test]
 fn a_linear_map_has_its_eigenvectors() {
     let matrix = [[3.0, 2.0], [1.0, 1.0]];
@@ -80,7 +80,8 @@ fn a_linear_map_has_its_eigenvectors() {
     assert_eq!((found.unstable, found.stable), (1, 1));
 }
 
-/// `J v ∥ v'` for both vectors in every cycle within round-off, and their growth agrees with the results.
+/// In every cycle the map takes each vector to the next one within round-off, and their growth agrees with
+/// the results.
 #[test]
 fn vectors_are_taken_to_each_other() {
     let (record, frames, jacobians) = record([0.1, 0.1], 600, henon);

@@ -1,4 +1,4 @@
-//! Which works are done on the vibration in each window, and how much energy does the vibration store?
+//! The works that are done on the vibration in each window, and the energy that the vibration stores.
 
 use super::cause::Cause;
 use crate::analysis::coupled_modes::CoupledModes;
@@ -10,8 +10,8 @@ use crate::propagate::{ClosedContact, Window};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::OnceLock;
 
-/// Length of a window, in mesh cycles, below which the rate of deflection follows from the state instead of
-/// the series, whose round-off may be larger. Such windows occur if an event is close to a breakpoint.
+/// Length of a window, in mesh cycles, below which the rate of deflection is computed from the state. The
+/// series of such a short window may have a larger round-off.
 const SHORT: f64 = 1e-9;
 
 /// Works and stored energy of a trajectory of a model.
@@ -24,9 +24,9 @@ pub(in crate::analysis) struct Balance<'m> {
     coupled: Option<CoupledModes>,
     /// Gauss rule that is exact for the square of a deflection times the slope of a stiffness.
     rule: &'static GaussLegendre,
-    /// The impulses since the last window \[N s\], each with its direction.
+    /// The impulses since the last window \[N s\], each with the index of its direction.
     pub(super) struck: Vec<(usize, f64)>,
-    /// Work that moving stops have done by these impulses \[J\].
+    /// Work that moving stops have done through these impulses \[J\].
     pub(super) given_by_stops: f64,
 }
 
@@ -170,9 +170,9 @@ impl<'m> Balance<'m> {
         0.5 * energy
     }
 
-    /// Energies whose round-off enters the balance, at the start of a window: those of structure and
-    /// contacts, and the works of the torques over their rotations. The compression of a contact is a small
-    /// difference of large terms, and contains their round-off.
+    /// Sum of the energies whose round-off enters the balance, at the start of a window \[J\]. These are the
+    /// energies of structure and contacts, and the works of the torques over their rotations. The compression
+    /// of a contact is a small difference of large terms, so it contains their round-off.
     pub fn magnitude(&self, window: &Window<'_>) -> f64 {
         let model = self.model();
         let phase = window.start / model.period();
@@ -232,7 +232,7 @@ impl<'m> Balance<'m> {
         }
     }
 
-    /// Series over a window of the flank error of a closed contact towards its side, s e.
+    /// Series over a window of the flank error of a closed contact, times its side: s e \[m\].
     fn contact_gap_error(&self, window: &Window<'_>, contact: usize) -> Series {
         let model = self.model();
         let segment = &window.segments[contact];
@@ -256,7 +256,8 @@ impl<'m> Balance<'m> {
             let stretch = evaluate(deflection, *x) - level;
             work += weight * evaluate(&slope, place) * stretch * stretch;
         }
-        // dk/dt dt: from the window's place to time, from the segment's place to phase.
+        // Half the duration converts the node's position to time. `phase_rate` converts time to the position
+        // in the segment.
         let phase_rate = 2.0 / (segment.end - segment.start) / model.period();
         0.25 * window.duration * phase_rate * work
     }
@@ -335,7 +336,7 @@ impl<'m> Balance<'m> {
             }
         }
         if let Some(friction) = model.friction_of(closed.contact) {
-            // While dry friction sticks, the deflection of its line describes its force, not its motion.
+            // If dry friction sticks, the deflection of its line describes its force, not its motion.
             let work_against_friction = if model.is_slip(closed.contact) {
                 force[0] * (at_end(&deflection) - at_start(&deflection))
             } else {
@@ -368,8 +369,8 @@ impl<'m> Balance<'m> {
     }
 }
 
-/// Passes the energy that springs of contacts gain if stiffness, line or gap step between two windows. If
-/// stiffness and length step at once, the work of each is the mean of its works before and after the other
+/// Passes the energy that springs of contacts gain by steps of stiffness, line or gap between two windows. If
+/// stiffness and length step at the same time, each work is the mean of its values before and after the other
 /// step.
 fn steps(
     model: &Model,

@@ -5,11 +5,11 @@
 pub(in crate::analysis) enum Cause {
     /// Mean torques, torque ripple and other loads: `∫ T·u dt`.
     Loads,
-    /// Prescribed changes of a contact's geometry: transmission error, half gap, load centroid.
+    /// Prescribed changes of a contact's geometry: transmission error, flank error, half gap, load centroid.
     Error,
     /// Varying stiffness of contacts.
     Stiffness,
-    /// Dampers of the contacts, and springs released while compressed.
+    /// Dampers of the contacts, springs released while compressed, and impacts on rigid stops.
     Contact,
     /// Damping of the structure, minus the input by its cross-coupled springs.
     Structure,

@@ -1,4 +1,4 @@
-//! How much energy do impacts on rigid stops take from the structure?
+//! The energy that impacts on rigid stops take from the structure.
 //!
 //! An impulse J along g changes the state by −g J. The window that starts at the impacts has the state after
 //! them. The energy before them follows from this state with the impulses reversed.
@@ -30,7 +30,8 @@ impl Balance<'_> {
         line.transmission_error_at(event.cycle, event.time).1 + contact.side * opening
     }
 
-    /// Energy \[J\] that the structure has gained by the impacts since the last window, from its state after them.
+    /// Energy \[J\] that the structure has gained by the impacts since the last window. `first` and `second`
+    /// are its state after them.
     pub fn gained_by_impacts(&self, first: &[f64], second: &[f64]) -> f64 {
         if self.struck.is_empty() {
             return 0.0;

@@ -4,7 +4,7 @@ use crate::model::{DriveShaft, InitialState, OperatingPoint, TorqueRipple, fixtu
 use crate::propagate::{Counters, Kernel, Volterra};
 use crate::structure::{Coupling, ModalStructure};
 
-/// Largest energy stored, sum of all works and residual of a few cycles from rest \[J, J, 1\].
+/// Largest energy stored \[J\], sum of all works \[J\] and residual \[1\] over a few cycles from rest.
 fn audited(coupling: Option<Coupling>, friction: f64) -> [f64; 3] {
     let structure = ModalStructure {
         friction: vec![0.2, -0.3],
@@ -48,8 +48,8 @@ fn audited(coupling: Option<Coupling>, friction: f64) -> [f64; 3] {
     [audit.stored, audit.turnover, residual]
 }
 
-/// Modes declared as coupled, with zero coupling, give the same energies, works and scale of the residual as
-/// other modes.
+/// If modes are declared as coupled but have zero coupling, energies, works and the scale of the residual do
+/// not change.
 #[test]
 fn energies_of_coupled_modes_are_those_of_modes() {
     let plain = audited(None, 0.0);

@@ -1,9 +1,10 @@
-//! How do spreads, decays and crossings follow from series along a trajectory?
+//! Spreads, decays and crossings from series along a trajectory.
 
 use super::HorizonMeasure;
 use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
 
-/// Number of cycles in an average from which on spreads follow a power law; shorter averages are correlated.
+/// Smallest number of cycles per average at which spreads follow a power law. Shorter averages are
+/// correlated.
 const POWER_LAW_FROM: u64 = 10;
 
 /// Numbers of cycles 1, 2, 5, 10, 20, 50, … up to and including `longest`.
@@ -19,7 +20,7 @@ pub(super) fn ladder(longest: u64) -> Vec<u64> {
     rungs
 }
 
-/// Mean of a series, and standard deviation of its averages over successive stretches of n.
+/// Mean of a series, and standard deviation of its averages over successive stretches of n values.
 pub(super) fn spread(values: &[f64], n: usize) -> (f64, f64) {
     let averages: Vec<f64> = values.chunks_exact(n).map(mean).collect();
     let centre = mean(&averages);
@@ -33,8 +34,8 @@ pub(super) fn mean_logarithms(logarithms: &[f64]) -> f64 {
     mean(logarithms).exp()
 }
 
-/// Slope of `ln spread` over `ln cycles`, by least squares weighted with the samples (the variance of
-/// `ln spread` is about `1/2(samples − 1)`); `None` from fewer than three lengths.
+/// Slope of `ln spread` over `ln cycles`, by least squares. The weights are the numbers of samples minus 1,
+/// because the variance of `ln spread` is about `1/(2 (samples − 1))`. `None` from fewer than three lengths.
 pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> Option<f64> {
     let points: Vec<[f64; 3]> = measures
         .filter(|m| m.cycles >= POWER_LAW_FROM && m.samples > 2 && m.spread > 0.0)
@@ -62,9 +63,9 @@ pub(super) fn decay<'m>(measures: impl Iterator<Item = &'m HorizonMeasure>) -> O
 pub(super) struct Crossing {
     /// Position of the crossing in steps of the curves; `None` if the mean stays below the level.
     pub place: Option<f64>,
-    /// Standard error of the position by the jackknife. The pseudo-values are taken in blocks if there are
-    /// enough, because successive curves are correlated. `None` if leaving out one curve keeps the mean below
-    /// the level.
+    /// Standard error of the position by the jackknife. If there are enough pseudo-values, it is at least
+    /// that from their block averages, because successive curves are correlated. `None` if the mean without
+    /// one of the curves stays below the level.
     pub stderr: Option<f64>,
 }
 

@@ -27,25 +27,26 @@ use strum::IntoStaticStr;
 /// Number of a point's first random stream for its twins; smaller numbers are for its tangents and probes.
 const FIRST_STREAM: u64 = 1 << 33;
 
-/// Discarded cycles in which the tangent aligns with the direction of growth.
+/// Discarded mesh cycles in which the tangent aligns with the direction of strongest growth.
 const ALIGN: u64 = 100;
 
 /// Separation at the horizon, divided by the saturation. Up to this share, separations grow with the exponent.
 /// Above it, slow modes of the structure separate at different rates.
 const HORIZON_SHARE: f64 = 0.1;
 
-/// Smallest number of averages of the longest kind, from which their spread follows.
+/// Smallest number of averages over the largest number of cycles. The spread of the averages follows from
+/// these.
 const LONGEST_AVERAGES: u64 = 16;
 
-/// Maximum number of strobe states that measure the size of the motion.
+/// Maximum number of strobe states for the saturation.
 const MOST_STATES: u64 = 256;
 
-/// Settings of predictability.
+/// Settings for the measurement of predictability.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HorizonConfig {
     /// Number of twins, at least 2.
     pub twins: u32,
-    /// Distance at which they start, in half gaps.
+    /// Distance of a twin from the trajectory at its start, in half gaps.
     pub separation: f64,
     /// Mesh cycles per twin.
     pub cycles: u64,
@@ -57,12 +58,12 @@ pub struct HorizonConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum HorizonQuantity {
-    /// Distance of twins, by its mean logarithm \[half gaps\], with the spread of the logarithm.
+    /// Geometric mean of the distance of twins \[half gaps\], with the spread of its logarithm.
     Separation,
     /// Growth of a tangent per cycle \[1/cycle\].
     Exponent,
-    /// Average of the mesh force \[N\]. Conservation of momentum ties it to the load, so that its error falls
-    /// as 1/n, not as 1/√n.
+    /// Average of the mesh force \[N\]. Conservation of momentum ties this average to the load. Its error
+    /// therefore falls as 1/n, not as 1/√n.
     Force,
     /// Average of the force that presses flanks together, on either side \[N\].
     ContactForce,
@@ -101,7 +102,8 @@ pub struct HorizonOutcome {
     pub stderr: Option<f64>,
     /// Level at which the separation saturates \[half gaps\].
     pub saturation: f64,
-    /// Exponent of n in the standard error of a mean contact force over n cycles.
+    /// Exponent of n in the standard error of the mean contact force over n cycles; −1/2 for independent
+    /// values.
     pub averaging_exponent: Option<f64>,
     /// Mesh cycles integrated, including those of the twins.
     pub cycles: u64,
@@ -297,12 +299,13 @@ impl<'a, K: Kernel> Record<'a, K> {
             .advance(1, twin, &mut self.workspace, &mut (), &mut self.counters)
     }
 
-    /// Distance in half gaps, at least round-off: trajectories may merge to the last bit.
+    /// Distance in half gaps, at least the machine precision: two trajectories may become equal to the last
+    /// bit.
     fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
         (self.norm.distance(a, b) / self.norm.unit()).max(f64::EPSILON)
     }
 
-    /// Mean logarithmic distance of states at least `least_lag` cycles apart, as a distance.
+    /// Geometric mean of the distances \[half gaps\] of states that are at least `least_lag` cycles apart.
     fn saturation(&self, states: &[(u64, Vec<f64>)], least_lag: u64) -> f64 {
         let mut logarithms = Vec::new();
         for (i, (late, a)) in states.iter().enumerate() {
@@ -314,13 +317,14 @@ impl<'a, K: Kernel> Record<'a, K> {
         mean_logarithms(&logarithms)
     }
 
-    /// One of the means of every cycle.
+    /// One entry of `means`, by its index, for every cycle.
     fn means_of(&self, index: usize) -> Vec<f64> {
         self.means.iter().map(|means| means[index]).collect()
     }
 }
 
-/// Time integrals of deflection, force and contact force over a cycle: `∫ P_n = 0` for n > 0.
+/// Time integrals of deflection, force and contact force over a cycle. Only the first term of a series
+/// counts, because `∫ P_n = 0` for n > 0.
 struct CycleMeans<'a> {
     model: &'a Model,
     sums: [f64; 3],

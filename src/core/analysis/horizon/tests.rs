@@ -9,7 +9,8 @@ fn lengths_climb_to_the_longest() {
     assert_eq!(ladder(100), [1, 2, 5, 10, 20, 50, 100]);
 }
 
-/// Lines of slope 1/2 with different starts: crossings and their error in closed form.
+/// Lines of slope 1/2 with different starts. Their crossings and the errors of these are known in closed
+/// form.
 #[test]
 fn a_crossing_and_its_error_are_those_of_the_starts() {
     let starts = [0.0, 1.0, 2.0, 4.0];

@@ -1,4 +1,4 @@
-//! Which attractors does a point have? Integration finds them and numbers them in the order of discovery.
+//! The attractors of a point, found by integration and numbered in the order of discovery.
 
 use super::capture::KnownOrbits;
 use super::field::IntegrationContext;
@@ -31,7 +31,8 @@ impl Attractors {
         }
     }
 
-    /// The number of a motion's attractor: a known one, or the next.
+    /// The number of the attractor of a motion: that of a known one, or the next number. `None` if the motion
+    /// settled on none.
     pub fn number_of<K: Kernel>(
         &mut self,
         field: &IntegrationContext<'_, K>,
@@ -61,8 +62,8 @@ impl Attractors {
         Some(self.known.len() as u32 - 1)
     }
 
-    /// Computes the orbits of periodic attractors, so that cells that approach them need no investigation. An
-    /// orbit that Newton's method does not find, or that is not damped, is not used.
+    /// Computes the orbits of new periodic attractors, so that cells that approach them need no
+    /// investigation. An orbit is not used if Newton's method does not find it, or if it does not attract.
     pub fn seek_orbits<K: Kernel>(&mut self, field: &IntegrationContext<'_, K>) {
         let mut workspace = field.kernel.workspace();
         for id in self.sought..self.known.len() {

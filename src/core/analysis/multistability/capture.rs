@@ -12,8 +12,8 @@ use crate::analysis::orbits::shooting::PeriodicOrbit;
 use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Stop};
 
-/// Distance \[half gaps\] from an orbit below which an approach is observed. The observation costs nothing,
-/// because it advances the trajectory.
+/// Distance \[half gaps\] from an orbit below which an approach is observed. The observation costs no extra
+/// time, because it advances the trajectory.
 const OBSERVED_DISTANCE: f64 = 0.3;
 
 /// How a cell of a slice ended.
@@ -97,7 +97,8 @@ impl KnownOrbits {
                     Err(stop) => return Ok(Some(CellEnding::Stopped(stop))),
                 }
             }
-            // This also follows a failed approach, which may not have advanced the trajectory at all.
+            // A cycle also follows a failed approach, because that approach may not have advanced the
+            // trajectory.
             let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), counters);
             if let Err(stop) = integrated {
                 return Ok(Some(CellEnding::Stopped(stop)));

@@ -1,4 +1,4 @@
-//! On which attractor does a separately integrated motion end?
+//! The attractor on which a separately integrated motion ends.
 
 use super::same::Attractor;
 use crate::analysis::config::PointConfig;

@@ -44,21 +44,20 @@ use std::sync::atomic::AtomicBool;
 pub use outcome::{AttractorOutcome, BasinShare, CellOutcome, MultistabilityOutcome, ProbeOutcome};
 pub use plane::{Plane, SliceConfig, SliceError, SliceOf};
 
-/// Random streams of a point below this number are for its tangents and twin.
+/// Number of a point's first random stream for its probes. Smaller numbers are for its tangents and twin.
 const FIRST_STREAM: u64 = 1 << 32;
 
 /// Cycles of alignment of a probe's tangent, discarded.
 const ALIGN: u64 = 100;
 
-/// Maximum number of strobe samples for statistics of a motion that does not repeat. A settled motion is
-/// measured over as many cycles.
+/// Maximum number of strobe samples for the statistics of a motion that does not repeat.
 const MOST_SAMPLES: u64 = 2048;
 
-/// Number of probes, or of cells, per round. It bounds the memory.
+/// Number of probes, or of cells, that are computed before their results are evaluated. It bounds the memory.
 const ROUND: usize = 256;
 
 /// Smallest number of rounds of a slice. In the first round that finds a new orbit, every cell on this orbit
-/// is investigated in full.
+/// is investigated in full, so rounds must be small.
 const FEWEST_ROUNDS: usize = 16;
 
 /// Settings of the search for coexisting attractors.
@@ -81,7 +80,7 @@ pub struct MultistabilityConfig {
 pub struct Probes {
     /// The point.
     pub point: PointSeed,
-    /// Whether Newton's method searches for periodic orbits, instead of waiting for them.
+    /// Whether Newton's method searches for periodic orbits before the motion has settled.
     pub settle: bool,
     /// Settings of the probes.
     pub config: MultistabilityConfig,
@@ -137,8 +136,8 @@ impl Probes {
     }
 }
 
-/// Advances all probes of a point and the cells of its slice, and distinguishes their attractors. `start` is
-/// the initial state of the point.
+/// Integrates all probes of a point and the cells of its slice, and finds which of them share an attractor.
+/// `start` is the initial state of the point.
 ///
 /// # Errors
 /// [`Interrupted`] if `interrupt` was raised.
@@ -197,7 +196,7 @@ pub fn probe_basins<K: Kernel + Sync>(
 }
 
 /// Computes the cells of a slice. A cell is advanced for as long as a probe's transient. If it approaches no
-/// known orbit, it is then investigated.
+/// known orbit by then, it is investigated.
 fn slice<K: Kernel + Sync>(
     context: &IntegrationContext<'_, K>,
     start: &TrajectoryState,

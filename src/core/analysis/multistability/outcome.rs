@@ -35,7 +35,7 @@ pub struct ProbeOutcome {
     /// Distance from the initial state of the point in the energy norm, in units of the half gap; the energy
     /// is its square.
     pub amplitude: f64,
-    /// The attractor, numbered by first probe; `None` if the probe settled on none.
+    /// The number of the attractor, in the order of discovery; `None` if the probe settled on none.
     pub attractor: Option<u32>,
     /// How the work ended.
     pub status: Status,
@@ -81,7 +81,7 @@ pub struct CellOutcome {
     pub cycles: u64,
 }
 
-/// One attractor, represented by the first probe or cell on it.
+/// One attractor. Its statistics are those of the first probe or cell on it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AttractorOutcome {
     /// Kind of motion.
@@ -105,8 +105,8 @@ pub struct AttractorOutcome {
     pub basin: BasinShare,
     /// Number of cells of the slice that settled on the attractor; `None` without a slice.
     pub cells: Option<u32>,
-    /// Strobe states of a periodic motion, projected on the slice \[m\]; empty for other motions and without
-    /// a slice.
+    /// Strobe states of a periodic motion, projected on the slice \[m; m/s for the second of a phase plane\].
+    /// Empty for other motions and without a slice.
     pub strobe: Vec<[f64; 2]>,
 }
 
@@ -129,7 +129,8 @@ impl MultistabilityOutcome {
         probes + cells
     }
 
-    /// Sets the basin shares: for every attractor, and for every probe that of its attractor or status.
+    /// Sets the basin shares. Every attractor gets its share; every probe gets that of its attractor or
+    /// status.
     pub(super) fn share_out(&mut self) {
         let all = self.probes.len();
         for (id, attractor) in (0..).zip(&mut self.attractors) {

@@ -1,4 +1,4 @@
-//! Which initial states does a slice contain?
+//! The initial states of a slice.
 //!
 //! A plane through the initial state x₀ of the point along two modes i and j, in squares:
 //!
@@ -95,7 +95,7 @@ pub struct Plane {
     components: [usize; 2],
     /// Change of each of them per metre of mesh deflection, or per metre per second of its rate.
     scale: [f64; 2],
-    /// Change of the state per unit of each of them.
+    /// Change of the state per unit of each axis of the slice.
     along: [Vec<f64>; 2],
     /// Half the length of each side.
     extent: [f64; 2],
@@ -133,7 +133,7 @@ impl Plane {
         let scales = modal_scales(model);
         let displaced = |mode: usize| (mode, 1.0 / participation(mode));
         let moving = |mode: usize| (n + mode, 1.0 / participation(mode));
-        // Velocity with the energy of a metre of mesh deflection.
+        // Velocity with the same energy as a displacement by a metre of mesh deflection.
         let as_energetic = |mode: usize| {
             let (component, scale) = moving(mode);
             (component, scales[mode] * scale)
@@ -204,7 +204,7 @@ impl Plane {
     }
 }
 
-/// Ascending numbers as text with ranges, for example `2, 4 … 9, 12`.
+/// Ascending numbers as text. Neighbouring numbers form ranges, for example `2, 4 … 9, 12`.
 fn ranges(numbers: impl Iterator<Item = usize>) -> String {
     let mut runs: Vec<[usize; 2]> = Vec::new();
     for number in numbers {
@@ -278,7 +278,8 @@ mod tests {
         }
     }
 
-    /// Upwards in the phase plane, only the rate of the mesh deflection grows, by the value on the axis.
+    /// Upwards in the phase plane, only the rate of the mesh deflection grows, by the value on the vertical
+    /// axis.
     #[test]
     fn a_phase_plane_is_deflection_and_rate_of_one_mode() {
         let model = model();
@@ -306,7 +307,7 @@ mod tests {
         assert!((far(14) / far(22) - 1.0).abs() < 1e-14);
     }
 
-    /// A drag without effect couples the modes, and changes neither the cells nor their places.
+    /// A negligible drag couples the modes. It changes neither the cells nor their places.
     #[test]
     fn a_slice_runs_along_modes_whatever_couples_them() {
         let (plain, dragged) = (model(), dragged(1e-9));

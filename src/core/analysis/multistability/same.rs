@@ -22,8 +22,8 @@ const NEUTRAL: f64 = 1e-7;
 /// thousands of comparisons per job, three would split attractors by chance.
 const SIGMAS: f64 = 5.0;
 
-/// Relative difference of averages that is allowed whatever their error: block averages of nearly regular
-/// motion have too small an error.
+/// Relative difference of averages that is always allowed. The block averages of nearly regular motion give
+/// too small an error.
 const SAME_AVERAGE: f64 = 1e-3;
 
 /// Difference of exponents \[1/cycle\] that counts as zero whatever its error.
@@ -54,7 +54,7 @@ struct Statistics {
     exponent: Average,
     /// Averages of δ/b, (δ/b)² and (δ'T/b)² at the strobe.
     strobe: [Average; 3],
-    /// RMS deflection \[m\] and events per cycle.
+    /// RMS of the deflection \[m\], and events per cycle.
     rms_and_event_rate: [f64; 2],
 }
 
@@ -166,7 +166,7 @@ impl Attractor {
     }
 
     /// Whether two probes of one point settled on the same attractor. Undamped motions that stay in one
-    /// contact state are solutions of one linear system; this continuum counts as one attractor.
+    /// contact state solve the same linear system. They form a continuum, which counts as one attractor.
     pub fn is_same(&self, other: &Self, norm: &EnergyNorm) -> bool {
         if let (Some(a), Some(b)) = (self.continuum, other.continuum) {
             return a == b;
@@ -248,7 +248,8 @@ mod tests {
             assert_eq!(a.is_same(&b, &norm), b.is_same(&a, &norm));
             a.is_same(&b, &norm)
         };
-        // Both exponents have the same error. Their difference has √2 of it, so five standard errors are 7.07 errors.
+        // Both exponents have the same error, so the error of their difference is √2 times as large. Five
+        // standard errors are then 7.07 errors of an exponent.
         assert!(same(&|s| s.exponent.mean += 0.06) && !same(&|s| s.exponent.mean += 0.08));
         // Mirror images have equal averages of even powers of δ, so only the mean of δ distinguishes them.
         assert!(!same(&|s| s.strobe[0].mean = -0.08));

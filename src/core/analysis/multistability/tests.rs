@@ -124,7 +124,8 @@ fn shares_add_up_to_one_over_all_endings() {
     let eighths: Vec<f64> = found.probes.iter().map(|p| 8.0 * p.basin.share).collect();
     assert_eq!(eighths, [3.0, 1.0, 3.0, 2.0, 1.0, 2.0, 1.0, 3.0]);
     let counts: Vec<u32> = found.attractors.iter().map(|a| a.probes).collect();
-    // Only the slice found the third: no probe has it, but the true share may be positive.
+    // Only a cell of the slice is on the third attractor. No probe is on it, but its true share may be
+    // positive.
     assert_eq!(counts, [3, 1, 0]);
     assert_eq!(found.attractors[2].basin.share, 0.0);
     assert!(found.attractors[2].basin.high > 0.3);

@@ -1,8 +1,8 @@
-//! Sums over successive stretches of equal length, in bounded memory, for error bars.
+//! Sums over successive stretches of equal length, for error bars. Their memory is bounded.
 
 use std::borrow::Cow;
 
-/// Maximum number of stretches: twice as many as any level of an error bar needs.
+/// Maximum number of stretches: twice the number that an error bar needs.
 const MOST_STRETCHES: usize = 2048;
 
 /// Something that can be added up.
@@ -61,7 +61,7 @@ impl<T: Summable> BlockSums<T> {
         &mut self.current
     }
 
-    /// Counts one unit as complete. If it was the last one of the present stretch, the next stretch starts.
+    /// Ends one unit. If it was the last one of the present stretch, the next stretch starts.
     pub(in crate::analysis) fn advance(&mut self) {
         self.filled += 1;
         if self.filled < self.length {
@@ -75,8 +75,8 @@ impl<T: Summable> BlockSums<T> {
         }
     }
 
-    /// Joins neighbouring stretches in pairs. A last stretch without a neighbour counts only in the total, like
-    /// the present one.
+    /// Joins neighbouring stretches in pairs. A last stretch without a neighbour counts only in the total,
+    /// like the present stretch.
     fn join(&mut self) {
         let pairs = self.complete.chunks_exact(2);
         if let [single] = pairs.remainder() {

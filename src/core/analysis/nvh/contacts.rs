@@ -6,7 +6,7 @@ use crate::model::{FlankState, Model, Release};
 use crate::numerics::statistics::quantile;
 use crate::propagate::Event;
 
-/// Number of flanks of the first mesh, drive and coast, whatever their number of springs.
+/// Number of flanks of the first mesh: drive and coast. The number of springs per flank does not matter.
 pub(super) const FLANKS: usize = 2;
 
 /// An instant: mesh cycle and time within it \[s\].
@@ -16,7 +16,8 @@ type Instant = (u64, f64);
 #[derive(Debug, Clone)]
 pub(super) struct Contacts {
     period: f64,
-    /// Release of every contact. `None` for all springs of a flank except the first.
+    /// Release of every contact. `None` for every spring of a flank except the first one, so that an impact
+    /// counts once.
     releases: Vec<Option<Release>>,
     first: Option<Instant>,
     last: Option<(Instant, bool)>,
@@ -52,8 +53,8 @@ impl Contacts {
         self.fastest = 0.0;
     }
 
-    /// Appends the record of another trajectory. The last stay of this record and the first of the other one
-    /// are not the same stay: both are omitted.
+    /// Appends the record of another trajectory. The last contact or flight of this record and the first one
+    /// of the other record do not belong together. Both are omitted.
     pub(super) fn append(&mut self, other: &Self) {
         self.first = None;
         self.last = None;
@@ -63,8 +64,8 @@ impl Contacts {
         self.fastest = self.fastest.max(other.fastest);
     }
 
-    /// Records a change of a contact, with its index in the statistics and its side. `sums` are those of the
-    /// present stretch.
+    /// Records a change of a contact. `place` is the contact's index in the statistics, with its side. `sums`
+    /// are those of the present stretch.
     pub(super) fn event(&mut self, event: &Event, (place, side): (usize, f64), sums: &mut Sums) {
         let now = (event.cycle, event.time);
         let touching = event.to.flanks() != FlankState::Free;
@@ -105,8 +106,8 @@ impl Contacts {
         (now.0 - then.0) as f64 * self.period + (now.1 - then.1)
     }
 
-    /// Closes the record of a periodic motion, from cycle `begin` to the start of cycle `end`. The end of the
-    /// last stay and the start of the first one make one stay.
+    /// Closes the record of a periodic motion, from cycle `begin` to the start of cycle `end`. The last
+    /// contact or flight continues into the first one, so both together count as one.
     pub(super) fn close_circle(&mut self, begin: u64, end: u64, sums: &mut Sums) {
         if let (Some(first), Some((last, state))) = (self.first, self.last) {
             let duration = self.between((begin, 0.0), first) + self.between(last, (end, 0.0));
@@ -114,17 +115,17 @@ impl Contacts {
         }
     }
 
-    /// Largest speed of an impact \[m/s\]; `None` without impacts.
+    /// Largest speed of an impact on the flanks of the first mesh \[m/s\]; `None` without impacts.
     pub(super) fn fastest(&self) -> Option<f64> {
         (!self.speeds.values().is_empty()).then_some(self.fastest)
     }
 
-    /// A quantile of the impact speeds \[m/s\] and its standard error.
+    /// A quantile of these speeds \[m/s\] and its standard error.
     pub(super) fn speed(&self, share: f64) -> Option<(f64, f64)> {
         quantile(self.speeds.values(), share)
     }
 
-    /// Medians of flights and touches \[s\], each with its standard error.
+    /// Medians of the durations of flights and of contacts \[s\], each with its standard error.
     pub(super) fn medians(&self) -> [Option<(f64, f64)>; 2] {
         [&self.flights, &self.touches].map(|sample| quantile(sample.values(), 0.5))
     }

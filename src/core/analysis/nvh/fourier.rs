@@ -30,8 +30,8 @@ const DENOMINATORS: [u32; SUBORDERS] = [4, 3, 2, 3, 4];
 /// Mesh cycles per amplitude of a motion that does not repeat: whole periods of every sub-order.
 pub(super) const SUBORDER_WINDOW: u64 = 24;
 
-/// Maximum number of whole orders for which nodes and tables are used. For a larger number, integration order
-/// by order takes less work.
+/// Maximum number of whole orders for which nodes and tables are used. For more orders, integration order by
+/// order needs less work.
 const MOST_AT_NODES: usize = 32;
 
 /// Integrals of the polynomials at every frequency. Shared, because every evaluation of the statistics clones
@@ -44,7 +44,7 @@ pub(super) struct Fourier {
     set: InstructionSet,
     period: f64,
     harmonics: usize,
-    /// Sub-orders, then whole orders, filled up to an even number of eights.
+    /// Sub-orders, then whole orders, extended to an even number of groups of eight.
     frequencies: Vec<FrequencyGroup>,
     /// Integrals of the Legendre polynomials on windows of the kernel's regular lengths.
     known: WindowCache<Table>,
@@ -85,7 +85,7 @@ impl Fourier {
         if self.many() { 0.0 } else { PI * self.harmonics as f64 * tau / self.period }
     }
 
-    /// Whether orders are too many for nodes and tables.
+    /// Whether there are too many orders for nodes and tables.
     fn many(&self) -> bool {
         self.harmonics > MOST_AT_NODES
     }
@@ -148,12 +148,12 @@ impl Fourier {
     }
 }
 
-/// Fractions of the mesh frequency.
+/// Amplitudes of the deflection at fractions of the mesh frequency.
 #[derive(Debug, Clone)]
 pub(super) struct Suborders {
-    /// Sums over all cycles.
+    /// Fourier integrals over all complete windows of [`SUBORDER_WINDOW`] cycles.
     coherent: [Complex64; SUBORDERS],
-    /// Sums over the cycles of the present window of [`SUBORDER_WINDOW`].
+    /// Fourier integrals over the cycles of the present window.
     present: [Complex64; SUBORDERS],
     filled: u64,
     /// Squares of amplitudes \[m²\], one per window.
@@ -212,8 +212,9 @@ impl Suborders {
         self.powers.append(&other.powers);
     }
 
-    /// Exact amplitudes of a motion that repeats after `period` cycles, from `time` \[s\] of whole periods.
-    /// The motion contains a fraction of the mesh frequency only if the denominator divides `period`.
+    /// Exact amplitudes of a motion that repeats after `period` cycles, measured over the `time` \[s\] of
+    /// whole periods. The motion contains a fraction of the mesh frequency only if the denominator of the
+    /// fraction divides `period`.
     pub(super) fn of_periodic(&self, period: u32, time: f64) -> Vec<f64> {
         (0..SUBORDERS)
             .map(|i| {
@@ -226,8 +227,8 @@ impl Suborders {
             .collect()
     }
 
-    /// Root mean square of the amplitude over windows, and its standard errors from `error` (Gauss:
-    /// `σ(A²)/2A`); empty before one complete window.
+    /// Root mean square of the amplitude over windows, and its standard errors by error propagation,
+    /// `σ(A) = σ(A²)/2A`. `error` gives the standard error of a series. Empty before one complete window.
     pub(super) fn of_windows(&self, error: impl Fn(&[f64]) -> f64) -> [Vec<f64>; 2] {
         let windows = self.powers.complete();
         if windows.is_empty() {
@@ -259,7 +260,7 @@ mod tests {
         nodes
             .map(|(x, w)| {
                 let time = window.start + 0.5 * (x + 1.0) * window.duration;
-                // Whole mesh cycles turn whole orders by whole turns.
+                // In whole mesh cycles, a whole order turns by whole turns.
                 let turns = order * (time / period) + (order * window.cycle as f64).fract();
                 let weight = 0.5 * window.duration * w * evaluate(series, *x);
                 weight * Complex64::cis(-2.0 * PI * turns)
@@ -267,8 +268,8 @@ mod tests {
             .sum()
     }
 
-    /// All methods of integration, with few orders and with many, on windows of any length: by nodes for the
-    /// first window of a length, by kept integrals from the second on.
+    /// All methods of integration agree, with few orders and with many, on windows of any length. The first
+    /// window of a length is integrated by nodes, later ones by stored integrals.
     #[test]
     fn all_ways_agree_with_quadrature() {
         let (period, rules) = (0.7, Rules::shared());
@@ -324,7 +325,7 @@ mod tests {
         let period = 0.01;
         let amplitude = 3e-6;
         let mut suborders = Suborders::new();
-        // ∫ A cos(ωt) e^{−iωt} over a cycle, not zero only at the frequency of the wave.
+        // ∫ A cos(ωt) e^{−iωt} over a cycle, which is not zero only at the frequency of the wave.
         let one = Complex64::from(0.5 * amplitude * period);
         let mut window = [Complex64::ZERO; SUBORDERS];
         window[0] = one;

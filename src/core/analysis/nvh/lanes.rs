@@ -1,8 +1,9 @@
 //! The inner loops of the statistics, compiled for several instruction sets and chosen at run time.
 //!
-//! A series on a window is the sum of an even and an odd part about the window's middle. Both parts at
-//! the positive nodes of a Gauss rule give its values at all nodes, with half the work. Results differ
-//! between instruction sets within rounding (fused or separate multiply-add); those of `portable` do not.
+//! A series on a window is the sum of an even and an odd part about the window's middle. Both parts at the
+//! positive nodes of a Gauss rule give its values at all nodes, with half the work. The results of different
+//! instruction sets differ by rounding, because multiply and add are fused or separate. Results of `portable`
+//! do not differ.
 
 use crate::numerics::bessel::{LANES as SIXTEEN, spherical_bessel};
 use crate::propagate::InstructionSet;
@@ -33,7 +34,7 @@ pub struct WindowPhase {
     pub cycles: f64,
     /// Middle, in mesh cycles from the start of the present one.
     pub middle: f64,
-    /// Mesh cycles before the present one, modulo 12.
+    /// Mesh cycles before the present one, modulo 12, for phases of sub-orders.
     pub before: f64,
 }
 
@@ -163,14 +164,14 @@ fn powers_body<V: Vector>(weights: &[Lanes], parts: &[Lanes], centre: f64, unit:
     [third.sum(), fourth.sum()]
 }
 
-/// Adding and subtracting this rounds a small number to the nearest whole one.
+/// Adding and then subtracting this number rounds a small number to the nearest whole one.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 
-/// Coefficients of `Σ factors[k] x^{2k}`, the highest first: `cos πx` and `sin πx / x` for |x| ≤ 1/2, to
-/// round-off.
+/// Coefficients of `cos πx` and `sin πx / x` for |x| ≤ 1/2 as polynomials in x², to round-off. The highest
+/// power comes first.
 const HALF_TURN: [[f64; 11]; 2] = half_turn();
 
-/// `(−1)^k π^{2k + odd}/(2k + odd)!`, k falling.
+/// `(−1)^k π^{2k + odd}/(2k + odd)!`, with k from the highest to 0.
 const fn half_turn() -> [[f64; 11]; 2] {
     let mut out = [[0.0; 11]; 2];
     let (mut odd, mut n, mut term) = (0, 0, 1.0);
@@ -238,7 +239,7 @@ fn add_by_terms_body<V: Vector>(
     sums: &mut [Complex],
 ) {
     for ((group, integrals), sum) in frequencies.iter().zip(integrals).zip(sums) {
-        // Four chains of sums, because a single one would wait for every addition.
+        // Four independent sums, because in a single sum each addition waits for the previous one.
         let mut value = [[V::zero(); 2]; 2];
         for (half, (terms, rows)) in
             (series.chunks_exact(2).zip(integrals.chunks_exact(2))).enumerate()
@@ -255,7 +256,7 @@ fn add_by_terms_body<V: Vector>(
     }
 }
 
-/// Coefficients of `Σ factors[k] θ^{2k}`, the highest first: `cos θ` and `sin θ / θ` for |θ| ≤ 0.3.
+/// Coefficients of `cos θ` and `sin θ / θ` for |θ| ≤ 0.3 as polynomials in θ². The highest power comes first.
 const SLOW: [[f64; 7]; 2] = {
     let mut out = [[1.0; 7]; 2];
     let mut k = 6;
@@ -320,7 +321,8 @@ fn add_by_nodes_of<V: Vector, const G: usize>(
     let twelve = products(six, six);
     let two_dozens = products(twelve, twelve);
     let mut z = products(two_dozens, twelve);
-    // In the order of the frequencies.
+    // In the order of the frequencies of `fourier`, in twelfths of the mesh frequency: 3, 4, 6, 8, 9, 12, 24,
+    // 36.
     let first = [
         three,
         four,

@@ -1,8 +1,8 @@
 //! How much of the power through the mesh do the flanks lose in friction?
 //!
-//! At the mean speeds of rotation, friction takes `μ_f |F| (Ω₁ + Ω₂) Σ p |s|` from a contact, and `F r_b1 Ω₁`
-//! goes from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so that the loss is an integral
-//! of |F| over windows. It is exact, even if F changes its sign.
+//! At the mean speeds of rotation, friction takes the power `μ_f |F| (Ω₁ + Ω₂) Σ p |s|` at a contact. The
+//! mesh transmits `F r_b1 Ω₁` from the pinion to the wheel. μ_f Σ p |s| is constant on a segment, so the loss
+//! is an integral of |F| over windows. This integral is exact, even if F changes its sign.
 
 use super::rule::NodeValues;
 use crate::analysis::modal_series::{Series, TERMS, padded};
@@ -14,7 +14,8 @@ use crate::numerics::legendre::{
 use crate::numerics::roots::sign_changes;
 use crate::propagate::{InstructionSet, Window};
 
-/// Force, relative to the largest one of a window, below which the search for sign changes treats it as round-off.
+/// Largest force, relative to the largest one of a window, that the search for sign changes treats as
+/// round-off.
 const NOISE: f64 = 1e-14;
 
 /// How the gears roll, and the friction of each direction of the mesh force.
@@ -28,7 +29,7 @@ pub(super) struct Losses {
 }
 
 impl Losses {
-    /// The losses of a model; `None` without a drawing of its gears.
+    /// The losses of a model; `None` if the geometry of its gears is unknown.
     pub fn of(model: &Model) -> Option<Self> {
         let rolling = model.rolling?;
         let speeds = (model.directions.iter())
@@ -94,7 +95,7 @@ impl Losses {
     }
 }
 
-/// Mean of the modulus of a series at nodes.
+/// Mean of the modulus of a series over its window, from its values at nodes if possible.
 fn modulus_at_nodes(set: InstructionSet, at_nodes: &NodeValues<'_>) -> f64 {
     if at_nodes.range.has_one_sign() {
         return at_nodes.series[0].abs();
@@ -104,9 +105,9 @@ fn modulus_at_nodes(set: InstructionSet, at_nodes: &NodeValues<'_>) -> f64 {
     modulus_of_one_change(at_nodes, &slope).unwrap_or_else(|| modulus(at_nodes.series))
 }
 
-/// Mean of the modulus of a series, if the values and slopes at nodes and ends prove that its sign changes
-/// once. Between two neighbouring positions, the series or its slope must stay too close to its chord to reach
-/// zero.
+/// Mean of the modulus of a series whose sign changes only once; `None` if the values and slopes at nodes and
+/// ends do not prove this. The proof: between two neighbouring positions, the series or its slope stays too
+/// close to its chord to reach zero.
 fn modulus_of_one_change(at_nodes: &NodeValues<'_>, slope: &NodeValues<'_>) -> Option<f64> {
     /// Step below which the parabola is exact to round-off.
     const EXACT_STEP: f64 = 1e-5;
@@ -224,8 +225,8 @@ mod tests {
         );
     }
 
-    /// A force at release, whose only sign change has different positions and widths. Series with several
-    /// changes are integrated by halving.
+    /// A force near its release has one sign change, at different positions and with different widths. A
+    /// series with several changes is integrated by halving.
     #[test]
     fn one_change_of_sign_is_proved_at_the_nodes() {
         let rules = Rules::shared();

@@ -46,11 +46,11 @@ pub struct Nvh {
     rules: &'static Rules,
     set: InstructionSet,
     origin: Origin,
-    /// Whether the origin is that of another trajectory; windows then do not change it.
+    /// Whether the origin is that of another trajectory. Windows then do not change it.
     shares_origin: bool,
-    /// First and present mesh cycle; `None` before any window.
+    /// First and present mesh cycle; `None` before the first window.
     cycles: Option<[u64; 2]>,
-    /// Whether the present cycle is not counted yet.
+    /// Whether the present cycle is still to be counted.
     open: bool,
     /// Number of complete mesh cycles.
     over: u64,
@@ -60,7 +60,7 @@ pub struct Nvh {
     /// `None` if no orders are requested.
     fourier: Option<Fourier>,
     repeats: Option<u32>,
-    /// `None` without a drawing of the gears.
+    /// `None` if the geometry of the gears is unknown.
     losses: Option<Losses>,
     /// For every contact, its index in the statistics of forces, and its side.
     places: Vec<(usize, f64)>,
@@ -106,8 +106,8 @@ impl Nvh {
         }
     }
 
-    /// Empty statistics for another trajectory of the same model. Both use the same centre, if these statistics
-    /// already contain a window.
+    /// Empty statistics for another trajectory of the same model. If these statistics already contain a
+    /// window, both records have the same origin.
     pub fn for_same_model(&self) -> Self {
         let mut other = self.clone();
         other.restart();
@@ -136,8 +136,8 @@ impl Nvh {
 
     /// Appends the record of another trajectory of the same model. Both have whole mesh cycles.
     ///
-    /// Flights, contacts and windows of sub-orders that are incomplete at the boundary are omitted. The sum can
-    /// be evaluated but not continued.
+    /// Flights, contacts and windows of sub-orders that are incomplete where the records meet are omitted.
+    /// The sum can be evaluated but not continued.
     pub fn append(&mut self, other: &Self) {
         if other.cycles.is_none() {
             return;
@@ -163,7 +163,7 @@ impl Nvh {
     }
 
     /// Keeps the complete stretches within the first `cycles` of those measured. Impact speeds, durations of
-    /// stays and sub-orders also keep the few cycles after these.
+    /// contacts and flights, and sub-orders also keep the few cycles after these.
     pub fn cut(&mut self, cycles: u64) {
         self.finish();
         self.stretches.cut(cycles);
@@ -171,9 +171,9 @@ impl Nvh {
         self.over = self.over.min(cycles);
     }
 
-    /// Series for a stop rule, by the names of columns. Each has one value per complete stretch, and its mean
-    /// has the error of the statistic. Statistics that the motion does not have, such as impact speeds
-    /// without impacts, are omitted.
+    /// Series for a stop rule, each with the name of its column. A series has one value per complete stretch,
+    /// and its mean has the error of the statistic. Statistics that the motion does not have are omitted,
+    /// such as impact speeds without impacts.
     pub fn statistics_for_stop_rule(&self) -> Vec<(&'static str, Vec<f64>)> {
         if self.cycles.is_none() {
             return Vec::new();
@@ -278,7 +278,7 @@ impl Nvh {
         }
     }
 
-    /// These statistics with the last cycle counted.
+    /// These statistics, including the last integrated cycle.
     fn finished(&self) -> Cow<'_, Self> {
         let mut nvh = Cow::Borrowed(self);
         if self.open {

@@ -1,10 +1,9 @@
 //! How large do deflection and force become in each mesh cycle and over the record?
 //!
-//! The largest value of a record grows with the length of the record. The largest value of a mesh
-//! cycle has a distribution, whose quantiles do not depend on the length. Few operations per
-//! window are needed, because values at the nodes of the rule, which other statistics also need,
-//! bound the extremes of a window. At the end of a cycle, only the window that may contain the
-//! extreme is searched.
+//! The largest value of a record grows with the length of the record. The largest value of a mesh cycle has a
+//! distribution, whose quantiles do not depend on the length. Few operations per window are needed: values at
+//! the nodes of the rule, which other statistics also need, bound the extremes of a window. At the end of a
+//! cycle, only the window that may contain the extreme is searched.
 
 use super::rule::{NodeValues, peaks};
 use super::sample::Sample;
@@ -14,10 +13,10 @@ use crate::numerics::statistics::quantile;
 /// Shares of mesh cycles whose peaks do not exceed the quantiles.
 pub(super) const PEAK_SHARES: [f64; 2] = [0.99, 0.999];
 
-/// Round-off of a share times a count.
+/// Tolerance for the round-off of a share times a count.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Values of −δ, δ and |F| before any window.
+/// Least possible values of −δ, δ and |F|, before any window.
 const NOTHING: [f64; 3] = [f64::NEG_INFINITY, f64::NEG_INFINITY, 0.0];
 
 /// The extremes of a mesh cycle or of a record.
@@ -141,7 +140,8 @@ impl Peaks {
         lowest.offer(deflection, false);
         highest.offer(deflection, true);
         if let Some(force) = force {
-            // Contact damping pulls before the release: either sign may be the larger.
+            // Contact damping can make the force negative before the release, so either sign may have the
+            // larger modulus.
             strongest.offer(force, true);
             strongest.offer(force, false);
         }
@@ -196,8 +196,8 @@ impl Peaks {
     /// Quantiles of `peak` over mesh cycles at [`PEAK_SHARES`], and their standard errors; `None` before the
     /// end of a cycle.
     ///
-    /// If the motion `repeats` after some cycles, these are the quantiles over its period: the smallest peak
-    /// that this share of its cycles does not exceed. Their error is zero.
+    /// If the motion repeats after `repeats` cycles, the quantiles are those of one period. A quantile is
+    /// then the smallest peak that this share of the cycles does not exceed. Its error is zero.
     pub(super) fn quantiles(
         &self,
         repeats: Option<u32>,

@@ -124,8 +124,10 @@ impl Rules {
         })
     }
 
-    /// Evaluates a series at the nodes of a rule. This rule integrates to round-off the fourth power of its
-    /// distance from `centre`, and its product with an exponential that makes a half `turn` \[rad\].
+    /// Evaluates a series at the nodes of the short rule, if that is sufficient, or of the long rule. The
+    /// rule integrates to round-off the fourth power of the series' distance from `centre`. It also
+    /// integrates the product of the series with an exponential. `turn` \[rad\] is half the angle by which
+    /// this exponential turns over the window.
     pub(super) fn evaluate_at_nodes<'a>(
         &'a self,
         set: InstructionSet,
@@ -315,12 +317,13 @@ fn rises(nodes: &[f64]) -> [f64; TERMS] {
     rises
 }
 
-/// Plain comparisons: `f64::min` and `f64::max` would also check for NaN.
+/// The smaller of two numbers, without the check for NaN of `f64::min`.
 #[inline(always)]
 fn smaller(a: f64, b: f64) -> f64 {
     if b < a { b } else { a }
 }
 
+/// The larger of two numbers, without the check for NaN of `f64::max`.
 #[inline(always)]
 fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
@@ -338,7 +341,7 @@ const CLENSHAW: [[f64; 2]; TERMS] = {
     factors
 };
 
-/// Values, slopes and curvatures of four series, the lanes, each at another place.
+/// Values, slopes and curvatures of four series, each at its own position.
 #[inline(always)]
 fn evaluate_four(series: &[[f64; 4]; TERMS], x: &[f64; 4]) -> [[f64; 4]; 3] {
     let [mut value, mut slope, mut curvature] = [[0.0; 4]; 3];
@@ -360,9 +363,9 @@ fn evaluate_four(series: &[[f64; 4]; TERMS], x: &[f64; 4]) -> [[f64; 4]; 3] {
     [value, slope, curvature]
 }
 
-/// Largest values of four series at the stationary points next to given places. Newton's method runs on all
-/// slopes at once, because a single series mostly waits for its sums. No multiply-add is fused, so that all
-/// instruction sets give the same result.
+/// Largest values of four series at the stationary points next to given places. Newton's method treats all
+/// four series at once, because the sums of a single series would wait for each other. No multiply-add is
+/// fused, so that all instruction sets give the same result.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
     /// Maximum number of steps. From a node, two come close enough in a smooth series.
@@ -375,7 +378,7 @@ pub(super) fn peaks(series: [&[f64; TERMS]; 4], mut x: [f64; 4]) -> [f64; 4] {
     for _ in 0..MOST_STEPS {
         let [values, slopes, curvatures] = evaluate_four(&lanes, &x);
         let mut goes_on = false;
-        // Choices without branches, because the step of each series is hard to predict.
+        // No branches here, because the processor cannot predict the step of a series.
         for i in 0..4 {
             let step = -slopes[i] / curvatures[i];
             let step = if curvatures[i] < 0.0 { step } else { 0.0 };

@@ -47,7 +47,7 @@ impl<T: Copy> Sample<T> {
         self.skipped = 0;
     }
 
-    /// Keeps those of the first `count` values that are in the sample.
+    /// Keeps the values of the sample that are among the first `count` pushed values.
     pub(super) fn cut(&mut self, count: u64) {
         self.values.truncate(count.div_ceil(self.stride) as usize);
     }

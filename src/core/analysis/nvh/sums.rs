@@ -1,4 +1,4 @@
-//! Which sums are taken over a stretch of cycles, and which statistics follow from them?
+//! The sums over a stretch of cycles, and the statistics that follow from them.
 //!
 //! A statistic is a function of time averages. Its standard error is that of its linearisation (delta
 //! method). Each stretch contributes one value: its averages, weighted by the derivatives at the averages of
@@ -22,7 +22,7 @@ pub(super) struct Sums {
     pub force: [f64; 2],
     /// Time in drive contact, free flight, coast contact and contact on both flanks \[s\].
     pub times: [f64; FlankState::COUNT],
-    /// Sum of δ'² at entries into contact on both flanks \[m²/s²\].
+    /// Sum of δ'² at entries into contact, on both flanks of the first mesh \[m²/s²\].
     pub impact_square: f64,
     /// Number and total length \[s\] of flights that ended.
     pub flights: [f64; 2],
@@ -41,7 +41,7 @@ pub(super) struct ContactSums {
     pub force: f64,
     /// Time for which the contact is closed \[s\].
     pub closed: f64,
-    /// Entries into contact.
+    /// Number of entries into contact.
     pub impacts: f64,
     /// Sum of |δ'| at entries \[m/s\].
     pub speed: f64,
@@ -66,8 +66,8 @@ impl Sums {
 }
 
 impl Sums {
-    /// Moves the centres down by `shift`, in units of the half gap and in newtons, by binomials of the sums
-    /// about the present centres.
+    /// Moves the centres down by `shift`, in half gaps for δ and in newtons for F. The new sums follow from
+    /// the sums about the present centres by the binomial formula.
     pub(super) fn recentre(&mut self, [d, e]: [f64; 2]) {
         let (t, [m1, m2, m3, m4]) = (self.time, self.moments);
         self.moments = [
@@ -115,11 +115,11 @@ impl Summable for Sums {
     }
 }
 
-/// The centres of powers, and the unit of deflections.
+/// The centres about which powers are summed, and the units of the statistics.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Origin {
-    /// Mean δ \[m\] and F \[N\] of the first window. With zero as the centre, the round-off of the mean would
-    /// hide the spread of a mesh that hardly moves under load.
+    /// Mean δ \[m\] and F \[N\] of the first window. If the mesh hardly moves under load, the round-off of
+    /// sums about zero would hide its motion.
     pub centre: [f64; 2],
     /// Half gap b \[m\].
     pub half_gap: f64,
@@ -171,8 +171,8 @@ pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
     if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }
 
-/// How the sums of one stretch change the statistics, for their standard errors: the averages over all stretches, at
-/// which the statistics are linearised.
+/// How the sums of one stretch change the statistics, for their standard errors. The statistics are
+/// linearised at the averages over all stretches, which are stored here.
 struct Influence<'a> {
     total: &'a Sums,
     /// Averages of powers of the deflection.
@@ -233,7 +233,7 @@ impl<'a> Influence<'a> {
     }
 }
 
-/// The mean of `influence` over each stretch, in order of time.
+/// The influence of each stretch divided by its length in time, in order of time.
 fn series(stretches: &[Sums], influence: &dyn Fn(&Sums) -> f64) -> Vec<f64> {
     stretches.iter().map(|s| influence(s) / s.time).collect()
 }

@@ -83,9 +83,9 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
         Mat::from_fn(apart.len(), 1, |row, _| apart[row])
     }
 
-    /// Advances `trajectory` from the start of a period. The integration ends early if its events are not those of
-    /// the orbit, or if contact is certain to last. One event may be missing or additional, because it may have moved
-    /// across the start of a cycle.
+    /// Advances `trajectory` from the start of a period, and records the approach. The integration ends early
+    /// if the events are not those of the orbit, or if contact is certain to last. One event may be missing
+    /// or additional, because it may have moved across the start of a cycle.
     fn follow(
         &self,
         trajectory: &mut TrajectoryState,
@@ -125,8 +125,8 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
         })
     }
 
-    /// The means to prove that contact lasts until a trajectory reaches an orbit without events. `None` if the orbit
-    /// has events, or if the proof takes more time than the observation.
+    /// A proof that contact lasts until a trajectory reaches an orbit without events. `None` if the orbit has
+    /// events, or if the proof takes more time than the observation.
     fn lasting_contact(
         &self,
         model: &'a Model,
@@ -143,7 +143,7 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
             .flatten()
     }
 
-    /// Whether the linear map predicts an approach.
+    /// Whether the observed approach agrees with the prediction of the linear map.
     fn is_linear(&self, observed: &ObservedApproach) -> bool {
         let [before, after, predicted] =
             [&observed.before, &observed.after, &observed.predicted].map(|offset| offset.norm_l2());
@@ -153,7 +153,8 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
         if before <= self.arrival_distance {
             return after <= self.arrival_distance;
         }
-        // In a limited observation, distances across and along a flat torus may differ by more than they decrease.
+        // If the observation is limited, the distance may change along a flat torus by more than it
+        // decreases.
         let distance = if self.cut { before.min(predicted) } else { before };
         let missed = (&observed.after - &observed.predicted).norm_l2();
         missed <= PREDICTION_SLACK * self.decrease * distance && after < before
@@ -181,7 +182,8 @@ pub fn approaches<K: Kernel>(
     Ok(watch.is_linear(&observed))
 }
 
-/// Largest part of an offset, except along its slowest direction, that may remain after an observation.
+/// Largest factor by which the components of an offset may be left after an observation, except along the
+/// slowest direction.
 const OTHERS_LEFT: f64 = 0.1;
 
 /// Cosine of the angle between offset and prediction above which both count as parallel.
@@ -190,8 +192,8 @@ const ALIGNED: f64 = 0.9;
 /// Smallest decrease of an approach along the slowest direction, relative to the prediction.
 const LEAST_DECREASE: f64 = 0.1;
 
-/// Largest number of states tried between a trajectory and an orbit, each at [`NEARER`] times the distance of the
-/// previous one.
+/// Largest number of states that are tried between a trajectory and an orbit. Each is at [`NEARER`] times the
+/// distance of the previous one.
 const MOST_BETWEEN: usize = 8;
 
 /// Ratio of the distances of consecutive tried states.
@@ -202,13 +204,13 @@ const NEARER: f64 = 0.25;
 pub enum Approach {
     /// As the monodromy matrix predicts.
     AsPredicted,
-    /// Along the slowest direction; states nearer to the orbit on it move as predicted.
+    /// Along the slowest direction. States in this direction that are nearer to the orbit move as predicted.
     AlongALine,
     /// In contact that is certain to last, so that the linear map is exact.
     InContact,
 }
 
-/// Number of periods whose integration takes as long as bounding the effect of one multiplier over a period.
+/// Time to bound the effect of one multiplier over a period, in integrations of a period.
 const BOUND: u64 = 2;
 
 /// Determines how `trajectory` approaches `orbit`, and advances it during the observation. `None` if no approach is

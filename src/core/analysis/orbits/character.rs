@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 use strum::IntoStaticStr;
 
-/// Modulus of the leading multiplier from which on a stable orbit counts as near a bifurcation.
+/// Smallest modulus of the leading multiplier at which a stable orbit counts as near a bifurcation.
 const NEAR_THE_CIRCLE: f64 = 0.9;
 
 /// Bifurcation at which the leading multiplier crosses the unit circle.
@@ -110,8 +110,8 @@ mod tests {
     use crate::structure::StructureContact;
     use num_complex::c64;
 
-    /// The margin of an end stop that the orbit nearly reaches is its distance from the stop, whatever the distance of
-    /// the flanks.
+    /// The margin of an orbit that nearly reaches an end stop is its distance from the stop, whatever its
+    /// distance from the flanks.
     #[test]
     fn the_margin_is_that_of_any_contact() {
         // Without the transmission error, the depth of the stop depends on δ alone.

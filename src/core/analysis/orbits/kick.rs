@@ -1,4 +1,4 @@
-//! How does a kick grow over the returns to a periodic orbit?
+//! How does the distance of a trajectory from a periodic orbit grow after a kick?
 //!
 //! The kick has the direction in which the monodromy matrix M grows most in one return, its leading right singular
 //! vector u. After n returns, the linear prediction is `|Mⁿ u|` times the kick. Its growth is the largest singular
@@ -19,7 +19,7 @@ pub const KICK: f64 = 1e-5;
 /// converges.
 const MOST_ITERATIONS: usize = 200;
 
-/// Change of the direction per iteration below which it has converged.
+/// Change of the direction in an iteration below which the direction has converged.
 const CONVERGED: f64 = 1e-10;
 
 /// Distances from an orbit after a kick of [`KICK`].
@@ -130,7 +130,7 @@ fn strongest(matrix: &Mat<f64>) -> Mat<f64> {
 mod tests {
     use super::*;
 
-    /// A shear stretches by the larger root of `x² − 3x + 1`, the square of its singular values.
+    /// The squares of the singular values of a shear are the roots of `x² − 3x + 1`.
     #[test]
     fn the_direction_of_strongest_growth_is_that_of_the_largest_singular_value() {
         let shear = Mat::from_fn(2, 2, |i, j| f64::from(u8::from(j >= i)));

@@ -1,4 +1,4 @@
-//! Where does a path return nearest to an earlier state?
+//! Which states of a path have the nearest returns?
 
 /// Indices of the states of a path that return nearest after `period` steps, nearest first, at most `most`. No two are
 /// within a period of each other. `apart` gives the distance of a state from its return; `places` are the indices of

@@ -27,8 +27,8 @@ const SAME_ORBIT: f64 = 1e-6;
 /// Settings of a survey of periodic orbits.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OrbitConfig {
-    /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`]. One that is not a multiple of the excitation's period counts
-    /// the periods of the excitation.
+    /// Periods in mesh cycles, each in 1 …= [`LONGEST_PERIOD`]. A period that is not a multiple of the
+    /// excitation's period is instead a number of periods of the excitation.
     pub periods: Vec<u32>,
     /// Maximum number of Newton searches for each period.
     pub guesses: u32,
@@ -108,7 +108,8 @@ pub fn survey<K: Kernel>(
     for _ in 0..config.cycles {
         Interrupted::check(interrupt)?;
         let integrated = kernel.advance(1, trajectory, &mut workspace, &mut (), &mut counters);
-        // A trajectory that diverges may have passed orbits before.
+        // A trajectory that diverges may have passed orbits before, so the survey continues with its earlier
+        // states.
         if integrated.is_err() {
             break;
         }
@@ -166,7 +167,7 @@ pub fn survey<K: Kernel>(
     })
 }
 
-/// The orbits of a model found by a search.
+/// A search for orbits, and the orbits found so far.
 struct Search<'a, K: Kernel> {
     model: &'a Model,
     kernel: &'a K,

@@ -17,12 +17,12 @@ use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel, Stop};
 use num_complex::{Complex64, c64};
 
-/// Distance of a twin from the orbit, in half gaps: a compromise between round-off of a period and the curvature of
-/// the map.
+/// Distance of a twin from the orbit, in half gaps. A smaller distance would increase the effect of
+/// round-off, a larger one the effect of the map's curvature.
 const DISTANCE: f64 = 1e-6;
 
-/// Tolerance on the eigenvector's image, relative to the distance, for the round-off of a period of a few 1e-14 half
-/// gaps. It adds to the error of the twins.
+/// Tolerance on the eigenvector's image, relative to the distance. It covers the round-off of a period, which
+/// is a few 1e-14 half gaps. It adds to the error of the twins.
 const ROUND_OFF: f64 = 1e-6;
 
 /// Fraction of the initial distance below which twins are rescaled.

@@ -1,4 +1,4 @@
-//! How is a motion that does not become periodic measured with an ensemble of trajectories?
+//! The measurement of a motion that does not become periodic, with an ensemble of trajectories.
 
 use super::instruments::{Instruments, Record};
 use super::looks::LookResult;
@@ -20,10 +20,11 @@ use crate::numerics::statistics::{mean, standard_error};
 use crate::propagate::Kernel;
 use std::f64::consts::TAU;
 
-/// Number of which the cycles of each trajectory are a multiple, so that its averages are complete.
+/// The cycles of each of several trajectories are a multiple of this number, so that their averages are
+/// complete.
 const CYCLE_MULTIPLE: u64 = 100;
 
-/// Cycles for the statistics of a torus that a trajectory reached from chaos.
+/// Measured cycles for the statistics of a torus that a trajectory reached from chaos.
 const ON_TORUS: u64 = 2_000;
 
 impl<K: Kernel> PointRun<'_, K> {
@@ -92,8 +93,8 @@ impl<K: Kernel> PointRun<'_, K> {
         }
     }
 
-    /// The trajectories that have not left the motion. Without exponents the time of an exit is unknown, so
-    /// the list is empty if any trajectory left.
+    /// The trajectories that have not left the motion. Without exponents, the time at which a trajectory left
+    /// is unknown. The list is then empty if any trajectory left.
     fn staying<'m>(
         &self,
         members: &'m [EnsembleTrajectory],
@@ -103,7 +104,7 @@ impl<K: Kernel> PointRun<'_, K> {
         (members.iter()).filter(move |member| !left && member.ending.is_none())
     }
 
-    /// Evaluates the measurements of the motion by all trajectories.
+    /// Evaluates the records of all trajectories for a look at the error bars.
     fn look_at(&self, members: &[EnsembleTrajectory]) -> LookResult {
         let parts: Vec<&Record> = members.iter().map(EnsembleTrajectory::unsettled).collect();
         let staying: Vec<&Record> = self
@@ -317,7 +318,7 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 }
 
-/// The cycles of each trajectory are a multiple of this.
+/// The number of which the cycles of each trajectory are a multiple.
 fn unit(members: &[EnsembleTrajectory]) -> u64 {
     match members.len() {
         1 => 1,
@@ -325,7 +326,7 @@ fn unit(members: &[EnsembleTrajectory]) -> u64 {
     }
 }
 
-/// Number of cycles for each trajectory that has not left the motion. With it, all trajectories together have
+/// Measured cycles that each trajectory still on the motion should have. All trajectories together then have
 /// `wanted` cycles of the motion, within the budget.
 fn share(members: &[EnsembleTrajectory], wanted: u64, budget: u64) -> u64 {
     let faded: u64 = (members.iter())
@@ -341,7 +342,7 @@ fn share(members: &[EnsembleTrajectory], wanted: u64, budget: u64) -> u64 {
     while let Some(longest) = lengths.last() {
         let even = total.saturating_sub(fixed).div_ceil(lengths.len() as u64);
         if *longest <= even {
-            // Rounded up at a look, but never beyond the budget.
+            // At a look, the number is rounded up, but never beyond the budget.
             return if total + unit * members.len() as u64 <= budget {
                 even.next_multiple_of(unit)
             } else {
@@ -363,8 +364,8 @@ fn joined(parts: &[&Record]) -> Record {
     all
 }
 
-/// Life of chaos over all trajectories, and the motions on which they ended. Branches spent `parted` cycles in
-/// chaos before their measurement.
+/// Life of chaos over all trajectories, and the motions on which they ended. The branches together spent
+/// `parted` cycles in chaos before their measurement.
 fn chaos(members: &[EnsembleTrajectory], parted: u64) -> ChaosOutcome {
     let mut endings: Vec<(String, u32)> = Vec::new();
     for name in members.iter().filter_map(ending) {
@@ -414,7 +415,7 @@ fn most_frequent(members: &[EnsembleTrajectory]) -> usize {
     .unwrap_or(0)
 }
 
-/// A text on the life of chaos that some trajectories have not left.
+/// A text on the life of chaos, if some trajectories have not left it.
 fn life(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     match (chaos.lifetime(), high, &chaos.ended_on) {
@@ -432,7 +433,7 @@ fn life(chaos: &ChaosOutcome) -> String {
     }
 }
 
-/// A text on the life of chaos that every trajectory left.
+/// A text on the life of chaos, if every trajectory left it.
 fn before(chaos: &ChaosOutcome) -> String {
     let (low, high) = chaos.interval();
     let lifetime = chaos.lifetime().unwrap_or(f64::NAN);
@@ -446,7 +447,7 @@ fn before(chaos: &ChaosOutcome) -> String {
     )
 }
 
-/// Averages over chaos that every trajectory left.
+/// Averages over chaos, if every trajectory left it.
 fn chaos_averages(all: &Record) -> Option<ChaosAverages> {
     let averages = all.averages()?.values();
     let nvh = all.watch.statistics();

@@ -1,4 +1,4 @@
-//! What is measured along a trajectory?
+//! The measurements along a trajectory.
 
 use super::recorders::Recorders;
 use crate::analysis::averages::CycleAverages;
@@ -32,7 +32,8 @@ impl Record {
         self.growth.as_ref().map(TangentGrowth::averages)
     }
 
-    /// Keeps only the first `cycles`, which contain `events` events.
+    /// Keeps only the first `cycles`, which contain `events` events. Outputs, spectra and orders also keep
+    /// the cycles after these.
     pub(super) fn cut(&mut self, cycles: u64, events: u64) {
         if let Some(growth) = &mut self.growth {
             growth.cut(cycles);
@@ -60,7 +61,7 @@ impl Record {
     }
 }
 
-/// Growth and strobe deflection of every cycle, up to [`MOST_CYCLES`].
+/// Growth and strobe deflection of every cycle, for at most [`MOST_CYCLES`] cycles.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Series {
     pub(super) growth: Vec<f64>,
@@ -82,7 +83,7 @@ impl Series {
     }
 }
 
-/// All measurements of one trajectory, and the checks whether it repeats.
+/// All measurements of one trajectory, and the states by which a period is detected.
 pub(super) struct Instruments {
     pub(super) record: Record,
     pub(super) recurrence: Recurrence,

@@ -1,9 +1,9 @@
 //! Are the results of a motion that does not settle precise enough, and if not, what is missing?
 //!
-//! Errors are evaluated at few looks, each after twice as many cycles as the one before. A look ends the
-//! point if the requested errors are met and the record is long compared with its correlation time. Below
-//! [`SKEWED`] cycles, the statistics of motion must not be skew. Skewness warns of rare one-sided bursts
-//! that the record may not contain yet.
+//! The errors are evaluated at few looks, each after twice as many cycles as the one before. A look ends the
+//! measurement if the requested errors are met and the record is long compared with its correlation time. In
+//! a record shorter than [`SKEWED`] cycles, the distributions of the statistics must not be skewed. Skewness
+//! indicates rare bursts to one side, which the record may not contain yet.
 
 use super::instruments::Record;
 use super::run::PointRun;
@@ -13,10 +13,10 @@ use crate::numerics::chains::{ess, rhat};
 use crate::numerics::statistics::{correlation_time, mean, skewness, standard_error};
 use crate::propagate::Kernel;
 
-/// Minimum length of a record, in correlation times.
+/// Minimum length of a record, as a multiple of its correlation time.
 const MEMORIES: f64 = 20.0;
 
-/// Cycles from which on skew statistics are accepted.
+/// Number of measured cycles at and above which skewed statistics are accepted.
 pub(super) const SKEWED: u64 = 80_000;
 
 /// Largest accepted skewness of means over [`SKEW_CYCLES`] cycles in records shorter than [`SKEWED`].
@@ -25,10 +25,10 @@ const SKEWNESS: f64 = 0.8;
 /// Cycles per mean in the check of skewness.
 const SKEW_CYCLES: u64 = 100;
 
-/// Standard errors by which an exponent must exceed zero.
+/// Number of standard errors by which an exponent must exceed zero.
 pub(super) const SIGMAS: f64 = 5.0;
 
-/// Result of a look at the records of all trajectories.
+/// Result of one evaluation of the records of all trajectories.
 #[derive(Debug, Clone, Default)]
 pub(super) struct LookResult {
     /// Why the error bars are not verified; `None` if they are.
@@ -39,14 +39,15 @@ pub(super) struct LookResult {
     pub(super) statistics_missed: Option<String>,
     /// Whether NVH statistics have a stop rule and meet it.
     pub(super) statistics_enough: bool,
-    /// Whether the budget is too small for the requested errors.
+    /// Whether the requested errors need more cycles than the budget.
     pub(super) futile: bool,
     /// Whether there is a stop rule and all of its conditions are met.
     pub(super) can_stop: bool,
-    /// Effective sample size and R-hat of the growth of neighbours.
+    /// Effective sample size of the growth of neighbours.
     pub(super) ess: Option<f64>,
+    /// Split R-hat of the growth of neighbours.
     pub(super) rhat: Option<f64>,
-    /// Cycles over which the growth of neighbours is correlated.
+    /// Correlation time of the growth of neighbours \[mesh cycles\].
     pub(super) memory: Option<f64>,
 }
 
@@ -66,7 +67,7 @@ struct AveragedStatistic {
 }
 
 impl AveragedStatistic {
-    /// Cycles over which the statistic is correlated.
+    /// Correlation time of the statistic \[mesh cycles\].
     fn memory(&self) -> f64 {
         correlation_time(&self.values) * self.stretch as f64
     }
@@ -80,8 +81,8 @@ impl AveragedStatistic {
 }
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Evaluates the concatenated record `all` of all trajectories, and the record of each trajectory that is still on
-    /// the motion. `exits` trajectories have left it.
+    /// Evaluates the concatenated record `all` of all trajectories, and the record of each trajectory that is
+    /// still on the motion. The number of trajectories that have left it is `exits`.
     pub(super) fn look(&self, all: &Record, staying: &[&Record], exits: usize) -> LookResult {
         let chains: Vec<&[f64]> = (staying.iter())
             .filter_map(|record| Some(record.averages()?.values()))
@@ -130,7 +131,8 @@ impl<K: Kernel> PointRun<'_, K> {
             return Some("errors of a survey are not verified".to_owned());
         }
         let first = Effort::Verified.first_look();
-        // Cycles of trajectories after they left the motion count against the budget.
+        // 90 % of the cycles are enough, because cycles after a trajectory left the motion also count against
+        // the budget.
         if self.config.cycles < first || 10 * all.measured < 9 * first {
             return Some(format!(
                 "{} of the {first} measured cycles that verified errors need; raise run.cycles, or set \
@@ -217,7 +219,7 @@ impl<K: Kernel> PointRun<'_, K> {
         }))
     }
 
-    /// The stop criterion for an error that is `ratio` times the requested one.
+    /// The stop criterion for an error that is `ratio` times the requested error.
     fn criterion(
         &self,
         all: &Record,
@@ -246,7 +248,7 @@ impl<K: Kernel> PointRun<'_, K> {
 struct StopCriterion {
     /// Why the criterion is not met, if it is not.
     missed: Option<String>,
-    /// Whether the budget is too small to meet the criterion.
+    /// Whether the criterion needs more cycles than the budget.
     futile: bool,
 }
 

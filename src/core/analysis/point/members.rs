@@ -1,9 +1,9 @@
-//! How do trajectories of a motion that does not settle start, and how do they leave it?
+//! How do the trajectories of a motion that does not settle start, and how do they leave the motion?
 //!
-//! A pilot is measured first. Other trajectories branch off it some cycles apart, with a small displacement
-//! and with its tangents. They separate from it before they are measured. A trajectory leaves the motion when
-//! it repeats or is found on a torus. Only its cycles before the growth of neighbours faded belong to the
-//! motion.
+//! A pilot is measured first. The other trajectories branch off it some cycles apart, with a small
+//! displacement and with its tangents. They separate from it before they are measured. A trajectory leaves
+//! the motion when it repeats or is found to be on a torus. Its cycles belong to the motion only up to the
+//! time at which the growth of neighbours faded.
 
 use super::instruments::{Instruments, Record};
 use super::plan::{DISPLACEMENT, Plan};
@@ -27,10 +27,10 @@ const CHUNK: u64 = 100;
 /// Average growth of neighbours \[1/cycle\] up to which this growth counts as faded.
 const FADED: f64 = 3e-3;
 
-/// Number of cycles with faded growth before the first search for an orbit.
+/// Number of cycles from the start of faded growth to the first search for an orbit.
 const FADED_SEARCH: u64 = 300;
 
-/// Standard errors by which the exponent of chaos exceeds zero.
+/// Number of standard errors by which the exponent of chaos must exceed zero.
 const SIGMAS: f64 = 3.0;
 
 /// How a trajectory left the motion.
@@ -41,7 +41,8 @@ pub(super) enum Ending {
     Torus(Torus),
 }
 
-/// For a trajectory with faded growth of neighbours: its record up to then, and when to search for an orbit next.
+/// The record of a trajectory up to the time at which the growth of neighbours faded, and the next search for
+/// an orbit.
 struct FadedGrowth {
     /// The record before the growth faded, without the last cycles, in which the motion changed.
     record: Record,
@@ -134,7 +135,7 @@ impl EnsembleTrajectory {
         }
     }
 
-    /// Records whether the growth of neighbours has faded over the last cycles.
+    /// Updates the record of faded growth after every stretch of [`CHUNK`] cycles.
     fn note_growth(&mut self) {
         let record = &self.instruments.record;
         let Some(averages) = record.averages() else {

@@ -1,21 +1,22 @@
-//! How many cycles will be measured of a motion that did not settle in its first cycles?
+//! The number of cycles that will be measured of a motion that did not settle in its first cycles.
 //!
-//! Looks follow at known cycles, and the errors over the first cycles show which look can meet the requested
-//! errors. These errors do not show whether the statistics are skew, which doubles the cycles. Nor do they
-//! show whether a motion whose neighbours do not separate yet will settle soon. The spread covers both cases.
+//! Looks at the error bars follow at known cycles. The errors over the first cycles show which look can meet
+//! the requested errors. They do not show whether the statistics are skewed, which doubles the cycles. If
+//! neighbours do not separate yet, they do not show whether the motion will settle soon. The spread covers
+//! both cases.
 
 use super::looks::{SIGMAS, SKEWED};
 use super::plan::Plan;
 use crate::analysis::config::{Effort, PointConfig};
 use crate::analysis::outcome::PointOutcome;
 
-/// Cycles of a motion whose neighbours do not separate over the first cycles, relative to those at the first
-/// look, and their standard deviation. They lie between an orbit that is found soon and chaos that shows
-/// late. Chosen from the 16 points of `manifests/flex80.toml` that take more than 1000 cycles and are not
-/// chaotic: 0.61 and 1.04.
+/// Expected cycles, and their standard deviation, of a motion whose neighbours do not separate over the first
+/// cycles. Both are relative to the cycles at the first look. Such a motion may have an orbit that is found
+/// soon, or may become chaotic late. The values are estimates from the 16 points of `manifests/flex80.toml`
+/// that take more than 1000 cycles and are not chaotic. These points give 0.61 and 1.04.
 const UNDECIDED: [f64; 2] = [0.7, 1.0];
 
-/// Standard errors by which the exponent exceeds zero if neighbours separate.
+/// Number of standard errors by which the exponent exceeds zero if neighbours separate.
 const PARTS: f64 = 3.0;
 
 /// Measured mesh cycles that a point is expected to take.
@@ -28,7 +29,8 @@ pub struct ExpectedCycles {
 }
 
 impl ExpectedCycles {
-    /// The cycles for a motion that did not settle over some cycles, with `outcome` as its results over these.
+    /// The expected cycles of a motion that did not settle over its first cycles. `outcome` has the results
+    /// over these.
     pub fn of(config: &PointConfig, outcome: &PointOutcome) -> Self {
         let plan = Plan::of(config);
         let (first, budget) = (plan.first as f64, plan.budget as f64);
@@ -58,7 +60,7 @@ impl ExpectedCycles {
         let (lambda, error) = (lyapunov.exponents[0], lyapunov.stderr());
         let ratio = (error / target).max(SIGMAS * error / lambda);
         let required_cycles = outcome.measured_cycles as f64 * ratio * ratio;
-        // If the wanted cycles exceed the budget, the first look ends the point.
+        // If the required cycles exceed the budget, the first look ends the point.
         let looks = (required_cycles / first).log2().ceil().max(0.0);
         let enough = if required_cycles <= budget {
             (first * looks.exp2()).min(budget)
@@ -84,7 +86,8 @@ mod tests {
     use crate::analysis::poincare::Section;
     use crate::numerics::random::PointSeed;
 
-    /// Outlook for an exponent with a stop rule or without, after 400 cycles with λ = 0.2 and an error.
+    /// Expected cycles and their spread after 400 cycles, for an exponent λ = 0.2 with an error. `target` is
+    /// its stop rule.
     fn outlook(effort: Effort, target: Option<f64>, error: f64, cycles: u64) -> [f64; 2] {
         let config = PointConfig {
             point: PointSeed {

@@ -1,8 +1,8 @@
 //! How many trajectories of a motion that does not settle are measured, and over how many cycles?
 //!
 //! The coverage of error bars was measured with these constants (docs/theory.md). A late first look and few
-//! looks matter more than conditions on the record itself. Records that meet such conditions by chance are
-//! preferably records without bursts.
+//! looks matter more than conditions on the record itself. A record that meets such conditions by chance is
+//! probably a record without bursts.
 
 use crate::analysis::config::{Effort, PointConfig};
 
@@ -12,10 +12,10 @@ const TRAJECTORIES: usize = 8;
 /// Displacement of a new branch, in half gaps.
 pub(super) const DISPLACEMENT: f64 = 1e-3;
 
-/// Number of gaps between branches within the cycles at the first look.
+/// Number of intervals between branches within the cycles at the first look.
 const GAPS: u64 = 40;
 
-/// Ratio of the pilot's cycles between two branches to the cycles of a branch that are discarded.
+/// Cycles of the pilot between two branches, divided by the discarded cycles of a branch.
 const GAP_OVER_PART: u64 = 5;
 
 /// The plan of a point.

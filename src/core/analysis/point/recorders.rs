@@ -21,12 +21,12 @@ pub(super) struct Recorders {
     pub(super) outputs: Option<Outputs>,
     pub(super) power: Option<Power>,
     pub(super) orders: Option<Orders>,
-    /// Whether NVH statistics are precise enough, so that nothing more is added to them.
+    /// Whether NVH statistics are precise enough. Nothing more is then added to them.
     pub(super) enough: bool,
 }
 
 impl Recorders {
-    /// No observers.
+    /// Recorders that observe nothing.
     pub(super) fn of_nothing(model: &Model) -> Self {
         Self {
             nvh: None,
@@ -56,8 +56,8 @@ impl Recorders {
         }
     }
 
-    /// The observers of a trajectory that branched off another with the statistics `nvh`; without Poincaré
-    /// samples.
+    /// The observers of a trajectory that branched off another one, whose statistics are `nvh`. It has no
+    /// Poincaré samples.
     pub(super) fn for_branch(model: &Model, config: &PointConfig, nvh: &Nvh) -> Self {
         Self {
             nvh: Some(nvh.for_same_model()),

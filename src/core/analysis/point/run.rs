@@ -19,8 +19,8 @@ use crate::numerics::statistics::FEWEST_VALUES;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use std::sync::atomic::AtomicBool;
 
-/// Measured cycles of a twin: as many as an error bar needs. The twin checks the tangents over the same cycles, and
-/// a longer twin would not improve the check.
+/// Measured cycles of a twin: as many as an error bar needs. Twin and tangents are compared over the same
+/// cycles, so a longer twin would not improve the check.
 const TWIN_CYCLES: u64 = FEWEST_VALUES as u64 * CYCLES_PER_AVERAGE as u64;
 
 /// Why an integration ended early.

@@ -1,4 +1,4 @@
-//! How are periodic motions found? Early by Newton's method, or by waiting until they repeat.
+//! The search for periodic motions: early by Newton's method, or later by waiting until they repeat.
 
 use super::instruments::Instruments;
 use super::run::{Interruption, PointRun};
@@ -20,15 +20,15 @@ use crate::propagate::{Counters, Kernel};
 use faer::Mat;
 use num_complex::Complex64;
 
-/// Exponent per cycle up to which a periodic motion counts as neutral: round-off splits a double multiplier 1
-/// (free flight) by its square root.
+/// Exponent per cycle, of either sign, that counts as zero for a periodic motion. Round-off splits a double
+/// multiplier 1 (free flight) by about the square root of the round-off.
 const NEUTRAL: f64 = 1e-7;
 
 /// Return distance, in half gaps, below which a Newton search is worth its time.
 pub(super) const WORTH_A_SEARCH: f64 = 0.3;
 
-/// Cycles integrated before the first search. Later searches follow at doubled counts, so that a chaotic
-/// point spends little on them.
+/// Number of cycles before the first search. Each later search follows when the number has doubled, so that a
+/// chaotic point spends little time on searches.
 const FIRST_SEARCH: u64 = 100;
 
 /// When the next search for an orbit is due.
@@ -264,7 +264,8 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(LyapunovOutcome {
             exponents,
             errors,
-            // States that converge to a periodic orbit end on a finite number of points.
+            // States that converge to a periodic orbit end on a finite number of points, whose dimension is
+            // 0.
             dimension: (largest < -NEUTRAL).then_some(KaplanYorke {
                 value: 0.0,
                 stderr: 0.0,
@@ -279,7 +280,7 @@ impl<K: Kernel> PointRun<'_, K> {
 
     /// Measures one period of a periodic motion.
     fn measure_period(&mut self, period: u32) -> Result<Instruments, Interruption> {
-        // Tangents and twin are no longer needed.
+        // The multipliers give the exponents, so tangents and twin are not needed.
         let config = PointConfig {
             lyapunov: None,
             ..self.config.clone()

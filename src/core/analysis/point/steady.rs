@@ -1,4 +1,4 @@
-//! Does a motion settle in steady contact?
+//! The search for the motion in steady contact.
 //!
 //! While no contact opens or closes, the map of a period of the excitation is affine, with the same matrix
 //! for every state. If contact lasts over the period from its fixed point, this is the only steady motion of
@@ -22,9 +22,10 @@ pub(super) struct Steady {
     period: u32,
     /// Cycles in contact since the last event.
     cycles_without_event: u64,
-    /// Cycles without event at the next search; later searches follow at doubled counts.
+    /// Number of cycles without an event at which the next search is due. Later searches follow at doubled
+    /// numbers.
     next: u64,
-    /// `None` until a search; then `Some(None)` if contact does not last.
+    /// `None` before a search. `Some(None)` if contact does not last over the period from the fixed point.
     orbit: Option<Option<PeriodicOrbit>>,
 }
 

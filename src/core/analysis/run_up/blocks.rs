@@ -1,4 +1,4 @@
-//! Orders and levels over stretches of some revolutions with half overlap.
+//! Orders and levels over stretches of several revolutions. Successive stretches overlap by half.
 
 use super::RunUpConfig;
 use crate::model::FlankState;
@@ -40,7 +40,7 @@ pub struct OrderPoint {
     pub phase: f64,
 }
 
-/// A signal at one speed of the run-up.
+/// Statistics of a signal at one speed of the run-up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Time \[s\].
@@ -57,9 +57,9 @@ pub struct Level {
     pub rms: f64,
     /// Smallest and largest value.
     pub range: [f64; 2],
-    /// Shares of the rotation on the drive flank, in free flight, on the coast flank, and on both.
+    /// Parts of the rotation on the drive flank alone, in free flight, on the coast flank alone, and on both.
     pub fractions: [f64; FlankState::COUNT],
-    /// Closings of contacts per mesh cycle.
+    /// Number of contacts that close, per mesh cycle.
     pub closings: f64,
 }
 
@@ -118,12 +118,14 @@ pub(super) fn orders(
             let weighted = values.iter().zip(&window).map(|(v, w)| v * w);
             let mean = 2.0 / length as f64 * weighted.sum::<f64>();
             for (order, table) in config.orders.iter().zip(&tables) {
-                // Between multiples of the resolution, the window would pass a part of the mean.
+                // At orders between multiples of the resolution, a part of the mean would leak through the
+                // window.
                 let rest = if *order == 0.0 { 0.0 } else { mean };
                 let sum: Complex64 = values.iter().zip(table).map(|(v, t)| (v - rest) * t).sum();
                 let turns = ((phases.first as usize + from) as f64 * step(*order)).fract();
                 let value = sum * Complex64::cis(-TAU * turns);
-                // The mean has no phase, and no second half at a negative frequency.
+                // At order 0 the value is the mean itself: it has no phase and no part at a negative
+                // frequency.
                 let value = if *order == 0.0 { 0.5 * value } else { value };
                 out.push(OrderPoint {
                     time,
@@ -190,8 +192,8 @@ mod tests {
     use crate::analysis::run_up::LoadLaw;
     use crate::numerics::point_course::PointCourse;
 
-    /// A wave of order 3 of a pinion of 20 teeth on a mean. Of the mean, nothing appears at orders between multiples of
-    /// 1/`revolutions`.
+    /// A wave of order 3 of a pinion of 20 teeth, with a mean. The mean does not appear at orders between
+    /// multiples of 1/`revolutions`.
     #[test]
     fn orders_and_levels_of_a_wave_are_its_own() {
         let config = RunUpConfig {

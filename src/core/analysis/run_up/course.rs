@@ -78,8 +78,8 @@ impl RunUpConfig {
         pieces.collect()
     }
 
-    /// Ends of stretches \[s\]: evenly spaced ones, and all times at which speed or load enter another piece
-    /// of their course.
+    /// Ends of stretches \[s\]. They are evenly spaced, with additional ends where the speed or the load
+    /// enters another piece of its course.
     fn ends(&self) -> Vec<f64> {
         let duration = self.duration();
         let even = (0..=PARTS).map(|part| duration * f64::from(part) / f64::from(PARTS));
@@ -96,7 +96,7 @@ impl RunUpConfig {
         ends
     }
 
-    /// Times at which the speed passes a value; it is monotonic between two points.
+    /// Times at which the speed passes a value. The speed is monotonic between two points of its course.
     fn times_at(&self, speed: f64) -> impl Iterator<Item = f64> {
         let pairs = self.speed.points.windows(2);
         pairs.filter_map(move |pair| {

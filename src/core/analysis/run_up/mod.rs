@@ -28,7 +28,7 @@ pub struct RunUpConfig {
     pub speed: PointCourse,
     /// The load.
     pub load: LoadLaw,
-    /// Time before the start at the constant first speed \[s\].
+    /// Time before the start \[s\], at the constant first speed.
     pub settle: f64,
     /// Samples per second \[1/s\].
     pub sample_rate: f64,
@@ -36,7 +36,7 @@ pub struct RunUpConfig {
     pub revolutions: u32,
     /// Orders of the pinion's rotation.
     pub orders: Vec<f64>,
-    /// Distance of lines of the spectrogram \[Hz\].
+    /// Frequency step between lines of the spectrogram \[Hz\].
     pub frequency_step: f64,
     /// Recorded signals.
     pub signals: Signals,
@@ -49,11 +49,11 @@ pub struct RunUp {
     pub signals: Vec<[String; 2]>,
     /// Values at evenly spaced instants.
     pub instants: Instants,
-    /// Orders over the speed.
+    /// Amplitudes and phases of the signals at the requested orders, over the speed.
     pub orders: Vec<OrderPoint>,
-    /// Levels over the speed.
+    /// Means, RMS and other statistics of the signals, over the speed.
     pub levels: Vec<Level>,
-    /// Spectra over the time.
+    /// Spectra of the signals, over the time.
     pub spectra: Vec<SpectrumRow>,
     /// Openings and closings of contacts.
     pub events: Vec<MovingEvent>,

@@ -1,4 +1,4 @@
-//! A run-up on the kernel, with its signals at evenly spaced instants and mesh phases.
+//! The record of a run-up: its signals at evenly spaced instants and mesh phases.
 
 use super::blocks::{Blocks, Phases, levels, orders};
 use super::course::PARTS;
@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 /// Samples per mesh cycle, for orders and levels.
 const PER_CYCLE: u64 = 64;
 
-/// Tolerance of times, relative to a window: a record contains the instant at its end.
+/// Tolerance of times, relative to a window. With it, a record contains the instant at its end.
 const ROUNDING: f64 = 1e-9;
 
 /// Runs a drive up from a trajectory at its first speed.
@@ -119,7 +119,7 @@ impl MotionObserver for Recorder<'_> {
             |taken: usize| (taken as f64 / self.rate - window.time) / window.duration;
         let next_phase = |taken: usize| {
             let place = self.phases.first + taken as u64;
-            // Whole cycles first, so that the rest keeps all digits.
+            // Whole cycles are subtracted first, so that the rest keeps all digits.
             let cycles = (place / self.phases.per_cycle) as f64 - window.cycle as f64;
             cycles + (place % self.phases.per_cycle) as f64 / per_cycle - window.phase
         };

@@ -1,4 +1,4 @@
-//! Spectra over stretches of time with half overlap, under Hann's window.
+//! Spectra over stretches of time with a Hann window. Successive stretches overlap by half.
 
 use super::RunUpConfig;
 use super::instants::Instants;
@@ -6,7 +6,7 @@ use crate::numerics::fourier::hann;
 use num_complex::Complex64;
 use realfft::RealFftPlanner;
 
-/// Highest frequency in a spectrum, relative to the sample rate: frequencies near half the rate may be aliases.
+/// Highest frequency in a spectrum, relative to the sample rate. Lines near half the rate may be aliases.
 const HIGHEST_FREQUENCY: f64 = 0.4;
 
 /// The spectrum of a signal over a stretch of time.
@@ -20,7 +20,7 @@ pub struct SpectrumRow {
     pub signal: usize,
     /// Distance of lines \[Hz\].
     pub step: f64,
-    /// Peak values of the sines that would give each line, from frequency 0 on.
+    /// Amplitude (peak value) of each line, from frequency 0 on.
     pub amplitudes: Vec<f64>,
 }
 

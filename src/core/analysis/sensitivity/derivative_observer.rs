@@ -1,9 +1,9 @@
-//! Observers of the derivatives of windows by a parameter.
+//! Observers of the derivatives of windows with respect to a parameter.
 
 use crate::analysis::modal_series::Series;
 use crate::propagate::Window;
 
-/// The derivative of a window by the parameter.
+/// The derivative of a window with respect to the parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct WindowDerivative<'a> {
     /// The window.
@@ -19,8 +19,8 @@ pub trait DerivativeObserver {
     /// Takes a window.
     fn window(&mut self, derivative: &WindowDerivative<'_>);
 
-    /// Takes a jump of the mesh force by `force_jump` \[N\], at a time \[s\] of a cycle that moves by `moved` \[s\]
-    /// per unit of the parameter.
+    /// Takes a jump of the mesh force by `force_jump` \[N\] at a time \[s\] of a cycle. This time changes by
+    /// `moved` \[s\] per unit of the parameter.
     fn jump(&mut self, cycle: u64, time: f64, moved: f64, force_jump: f64);
 }
 

@@ -1,11 +1,11 @@
 //! How do the averages of a chaotic motion change with a parameter?
 //!
-//! Tangents of a chaotic motion grow without bound, and the derivative of a long average by a
-//! parameter is not the average of derivatives. A difference quotient can be computed instead:
-//! averages over many trajectories at two values of the parameter, from common starts, each over a
-//! stretch of cycles after a transient. The scatter of the members of the ensemble gives the error.
-//! The slope is unreliable if the error is as large as the slope. It is also unreliable if a step
-//! twice as large gives a slope that differs by more than the errors.
+//! Tangents of a chaotic motion grow without bound. The derivative of a long average with respect to a
+//! parameter is therefore not the average of derivatives. A difference quotient is computed instead. It uses
+//! averages over many trajectories at two values of the parameter, from common starts, each over a stretch of
+//! cycles after a transient. The scatter of the members of the ensemble gives the error. The slope is
+//! unreliable if it is smaller than two of its errors. It is also unreliable if a step twice as large gives a
+//! slope that differs by more than the errors.
 
 use crate::analysis::interrupt::{EndedEarly, Interrupted};
 use crate::analysis::modal_series::{integral, padded};
@@ -42,13 +42,13 @@ pub struct Slope {
     pub value: f64,
     /// Derivative of this mean, per unit of the parameter.
     pub by_parameter: f64,
-    /// Standard error of the derivative.
+    /// Standard error of `by_parameter`.
     pub error: f64,
     /// The derivative and its error from a step twice as large.
     pub doubled: [f64; 2],
 }
 
-/// Standard errors by which slopes of both steps may differ.
+/// Number of standard errors by which the slopes of both steps may differ.
 const AGREE: f64 = 3.0;
 
 impl Slope {
@@ -100,7 +100,8 @@ pub fn averages<K: Kernel>(
         .collect()
 }
 
-/// The slope of a quantity between members at `−2, −1, 1, 2` steps of `step`.
+/// The slope of a quantity, from its values for the members at the parameter's displacements `−2, −1, 1, 2`
+/// times `step`.
 pub fn slope(members: [&[f64]; 4], step: f64) -> Slope {
     let of = |low: &[f64], high: &[f64], width: f64| {
         let slopes: Vec<f64> = low.iter().zip(high).map(|(a, b)| (b - a) / width).collect();

@@ -1,4 +1,4 @@
-//! Derivatives of a motion by parameters of its drive.
+//! Derivatives of a motion with respect to parameters of its drive.
 
 pub mod derivative_observer;
 pub mod ensemble;

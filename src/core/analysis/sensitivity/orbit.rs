@@ -26,18 +26,19 @@ pub const QUANTITIES: [(&str, &str); 4] = [
     ("force_peak", "N"),
 ];
 
-/// Spread of the deflection, relative to its mean, below which the spread is the round-off of `⟨δ²⟩ − ⟨δ⟩²`.
+/// Spread of the deflection, relative to its mean, below which the spread is round-off of `⟨δ²⟩ − ⟨δ⟩²`.
 const NO_SPREAD: f64 = 1e-7;
 
 /// Amplitude of a harmonic, relative to the deflection, below which the amplitude is round-off.
 const NO_AMPLITUDE: f64 = 1e-13;
 
-/// A quantity of an orbit and its derivative by a parameter, per unit.
+/// A quantity of an orbit and its derivative with respect to a parameter, per unit of the parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Derivative {
     /// Value of the quantity.
     pub value: f64,
-    /// Derivative of the value; NaN for an RMS or an amplitude that is only round-off, because these have a kink at zero.
+    /// Derivative of the value. It is NaN for an RMS or an amplitude that is only round-off, because these
+    /// have a kink at zero.
     pub by_parameter: f64,
 }
 
@@ -159,8 +160,9 @@ impl Sums {
             .collect()
     }
 
-    /// Considers a position on a window where |F| may be largest. `moved` is the derivative of the position
-    /// \[s\] if it is the start of the window. The next jump gives the derivative of the end.
+    /// Takes a position on a window at which |F| may be largest. If it is the start of the window, `moved` is
+    /// the derivative of its time \[s\] with respect to the parameter. The derivative of the end's time
+    /// follows from the next jump.
     fn highest(&mut self, shown: &WindowDerivative<'_>, force: &Series, x: f64, moved: f64) {
         let value = evaluate(force, x);
         if value.abs() > self.peak[0] {
@@ -231,7 +233,7 @@ impl DerivativeObserver for Sums {
 
     fn jump(&mut self, cycle: u64, time: f64, moved: f64, force_jump: f64) {
         self.force[1] -= force_jump * moved;
-        // The end of the peak moves once, even if several contacts jump at this time.
+        // The end of the window moves only once, even if several contacts jump at this time.
         let ends =
             (self.peak_end).filter(|&(at, end, _)| self.is_same_time((at, end), (cycle, time)));
         if let Some((.., slope)) = ends {

@@ -10,11 +10,11 @@
 //! ```
 //!
 //! The last term appears because all times of a window are proportional to T at fixed phase. A kernel's
-//! window has x at its start, and δ and F as series. x and y follow as series too, f from a Volterra
-//! equation like the trajectory's. If a contact closes or opens on its surface, y jumps by
-//! `∓ c g (δ_p − s b_p)`: the saltation of a tangent, including the motion of the surface. If a segment of a
-//! closed contact ends at a phase φ that depends on the parameter, y jumps by `(f⁻ − f⁺) T φ_p`, with f the
-//! vector field.
+//! window has x at its start, and δ and F as series. The series of x and y follow from these, and f from a
+//! Volterra equation like that of the trajectory. If a contact closes or opens on its surface, y jumps by
+//! `∓ c g (δ_p − s b_p)`. This is the saltation of a tangent, including the motion of the surface. If a
+//! segment of a closed contact ends at a phase φ that depends on the parameter, y jumps by `(f⁻ − f⁺) T φ_p`,
+//! with f the vector field.
 //!
 //! Only a kernel's windows and events are used, so that any exact kernel is suitable.
 
@@ -30,14 +30,14 @@ use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::FRAC_PI_2;
 
-/// Largest margin, relative to the half gap, at which a contact opens or closes on its surface. With a larger
-/// margin, the event occurs because the force vanishes, or because gap or line step.
+/// Largest margin, relative to the half gap, of an event at which a contact opens or closes on its surface.
+/// At an event with a larger margin, the force vanishes, or the gap or the line changes in a step.
 const ON_SURFACE: f64 = 1e-7;
 
 /// Terms of the Legendre series of a block's exponential on a window, and of the response to an impulse.
 const IMPULSE_RESPONSE_TERMS: usize = 32;
 
-/// The derivative of a trajectory by a parameter, window after window.
+/// The derivative of a trajectory with respect to a parameter, window after window.
 #[derive(Debug)]
 pub struct ParameterTangent<'m, W> {
     model: &'m Model,
@@ -69,8 +69,8 @@ struct Closed<'a> {
 }
 
 impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
-    /// The derivative of a trajectory that starts at `x`, from y = `start` on (both of length 2N). `by` is
-    /// the derivative of the model by the parameter ([`Model::combined`]).
+    /// The derivative of a trajectory that starts at `x`, with the initial value y = `start` (both of length
+    /// 2N). `by` is the derivative of the model with respect to the parameter ([`Model::combined`]).
     pub fn new(model: &'m Model, by: &'m Model, x: &[f64], start: Vec<f64>, witness: W) -> Self {
         Self {
             model,
@@ -253,8 +253,8 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         });
     }
 
-    /// Adds the jumps of y where closed contacts pass from one segment to the next at a phase that depends on
-    /// the parameter.
+    /// Adds the jumps of y at the phases where closed contacts pass from one segment to the next, if these
+    /// phases depend on the parameter.
     fn cross_breakpoints(&mut self, closed: &[Closed<'_>]) {
         let n = self.model.modes();
         let mut kicks: Vec<(usize, f64)> = Vec::new();

@@ -1,9 +1,9 @@
 //! Welch spectra of a motion that does not repeat.
 //!
-//! The windows' polynomials are sampled at equal intervals. Segments of whole mesh cycles overlap by half
-//! and have a Hann window; their power is averaged (Welch 1967). The distance of lines is the inverse
-//! length of a segment: 1/32 mesh order for 32 mesh cycles. If whole periods of the excitation are not
-//! much longer, they make a segment, so that mesh and shaft orders are on lines.
+//! The windows' polynomials are sampled at equal intervals. Segments of whole mesh cycles overlap by half and
+//! have a Hann window. Their powers are averaged (Welch 1967). The distance of lines is the inverse length of
+//! a segment: 1/32 mesh order for 32 mesh cycles. A segment consists of whole periods of the excitation if
+//! these are not much longer than requested. Mesh and shaft orders are then on lines.
 //!
 //! A line's amplitude is the peak value of a sine at the frequency of the line. A sine between two lines
 //! appears in both, with a reduced amplitude: half-way, by 15 % (1.42 dB, scalloping loss). Broad-band motion
@@ -25,11 +25,12 @@ use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// Minimum samples per turn of the highest order: components above three times that order alias to lower
-/// ones.
+/// Minimum number of samples per period of the highest order. Components above three times that order alias
+/// to lower orders.
 const SAMPLES_PER_TURN: usize = 4;
 
-/// Maximum length of a segment, relative to the requested one, if it contains the excitation's period.
+/// Maximum length of a segment that contains whole periods of the excitation, relative to the requested
+/// length.
 const LONGER: usize = 4;
 
 /// Noise bandwidth of a Hann window, in lines.
@@ -47,8 +48,9 @@ const OVERLAP: f64 = 1.0 + 2.0 / 36.0;
 pub struct Welch {
     /// Mesh period \[s\].
     period: f64,
-    /// Mesh cycles in a segment, and samples, a power of two.
+    /// Number of mesh cycles in a segment.
     cycles: usize,
+    /// Number of samples in a segment, a power of two.
     samples: usize,
     highest_order: usize,
     /// The cycle of the first window.
@@ -79,20 +81,21 @@ impl Record {
         }
     }
 
-    /// Amplitude of a line and its standard error, in units of the window's gain.
+    /// Amplitude of a line and its standard error, before division by the window's gain.
     fn line(&self, [sum, squares]: [f64; 2]) -> (f64, Option<f64>) {
         let count = f64::from(self.segments);
         let mean = sum / count;
         let spread = (squares / count - mean * mean).max(0.0);
         let error = (OVERLAP * spread / (count - 1.0)).sqrt();
         let has_error = self.segments >= FEWEST_SEGMENTS;
-        // Gauss: σ(A) = σ(A²)/2A.
+        // By error propagation, σ(A) = σ(A²)/2A.
         let stderr = has_error.then(|| if mean > 0.0 { 0.5 * error / mean.sqrt() } else { 0.0 });
         (mean.sqrt(), stderr)
     }
 }
 
-/// The transform of a segment; `None` if its length is not that of the plan, the only possible failure.
+/// The transform of a segment; `None` if the length of the segment is not that of the plan. No other failure
+/// is possible.
 fn fourier_transform(plan: &dyn RealToComplex<f64>, mut input: Vec<f64>) -> Option<Vec<Complex64>> {
     if portable() {
         // The planner's choice depends on the processor.
@@ -340,8 +343,8 @@ mod tests {
         }
     }
 
-    /// Half-way between two lines the window shows 8/(3π) of a sine, 1.42 dB less; an order of the excitation
-    /// is on a line.
+    /// Half-way between two lines, a line shows 8/(3π) of the amplitude of a sine, 1.42 dB less. An order of
+    /// the excitation is on a line.
     #[test]
     fn an_order_of_the_excitation_loses_nothing() {
         let structure = ModalStructure {
@@ -383,8 +386,8 @@ mod tests {
         assert_eq!(amplitude(&with, 5, 1.0).0, 25);
     }
 
-    /// The power of noise (a step drawn anew every sixteenth of a cycle and read twice) is exact, and the
-    /// errors cover its spread.
+    /// The power of noise is exact, and the errors cover its spread. The noise is a new random value every
+    /// sixteenth of a cycle, and every value is sampled twice.
     #[test]
     fn noise_has_its_density_and_its_error_bars() {
         let model = Model::new(&one_mode(1.0), &constant_mesh(1.0, 1.0), point()).unwrap();
@@ -444,7 +447,7 @@ mod tests {
             }
             welch
         };
-        // 24 and 49 segments; the unfinished one of the first is kept.
+        // The records have 24 and 49 segments. The unfinished segment of the first record is kept.
         let [first, second] = [record(1, 205), record(2, 400)];
         let mut both = first.clone();
         both.append(&second);

@@ -1,4 +1,4 @@
-//! Planted maps with known normal forms.
+//! Bifurcations of maps with known normal forms.
 
 use super::*;
 use crate::analysis::continuation::branch::{StepSettings, follow, follow_away};
@@ -8,9 +8,9 @@ use crate::analysis::continuation::orbit::{OrbitCondition, find};
 use crate::analysis::continuation::switch::branches;
 use faer::Mat;
 
-/// A map of the plane.
+/// A map of the plane that depends on one parameter.
 struct PlanarMap<F: Fn([f64; 2], f64) -> ([f64; 2], [[f64; 2]; 2], [f64; 2])> {
-    /// Its image and derivatives.
+    /// Image of a point, its derivative with respect to the point, and that with respect to the parameter.
     image: F,
     /// Period of the excitation in cycles.
     unit: u32,
@@ -117,7 +117,7 @@ fn a_fold_is_located_and_passed() {
     );
 }
 
-/// The logistic map doubles at 3, 1 + √6 and 3.544090359551922…
+/// The period of the logistic map doubles at 3, 1 + √6 and 3.544090359551922…
 #[test]
 fn doublings_of_the_logistic_map_are_those_of_the_textbook() {
     let mut map = PlanarMap::new(|[x, y], p| {
@@ -190,7 +190,8 @@ fn a_doubled_branch_merges_into_its_parent() {
     );
 }
 
-/// If the excitation repeats after two cycles only, no orbit has a period of one cycle, and none merges into one.
+/// If the excitation repeats only after two cycles, no orbit has a period of one cycle. No branch merges into
+/// such an orbit.
 #[test]
 fn no_branch_merges_below_the_period_of_the_excitation() {
     let mut map = PlanarMap::new(|[x, y], p| {
@@ -216,7 +217,7 @@ fn no_branch_merges_below_the_period_of_the_excitation() {
     }
 }
 
-/// A rotation by an angle with growth 1 + p − r²: a torus at p = 0.
+/// A rotation by an angle with growth 1 + p − r²: a torus begins at p = 0.
 #[test]
 fn a_torus_is_located_and_its_resonance_named() {
     for (angle, resonance) in [(1.0, None), (TAU / 3.0, Some(3)), (TAU / 4.0, Some(4))] {

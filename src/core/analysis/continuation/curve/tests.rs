@@ -1,12 +1,12 @@
-//! Bifurcations of codimension two between two orbits, from their multipliers and touches alone.
+//! Bifurcations of codimension two between two orbits, determined from their multipliers and touches alone.
 
 use super::*;
 use crate::analysis::continuation::map::{Details, Image, MapError};
 use crate::analysis::continuation::touches::{Extreme, Touches};
 use faer::Mat;
 
-/// An orbit with multipliers given by modulus and angle \[rad\]; an angle between 0 and π gives a pair. `depths` are
-/// those of a contact at its extremes, a minimum first.
+/// An orbit with multipliers given by modulus and angle \[rad\]. An angle between 0 and π gives a complex
+/// pair. `depths` are those of one contact at its extremes, minima and maxima in turn, a minimum first.
 fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
     let mut multipliers = Vec::new();
     for &[modulus, angle] in polar {
@@ -43,7 +43,7 @@ fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
     }
 }
 
-/// The note between two orbits, checked to be the same in both orders.
+/// The note between two orbits. Checks that it is the same in both orders.
 fn found(kind: Kind, a: &[[f64; 2]], b: &[[f64; 2]]) -> Option<&'static str> {
     let [a, b] = [a, b].map(|polar| orbit(polar, &[]));
     let note = kind.codimension_two(&a, &b);
@@ -65,7 +65,7 @@ fn a_torus_is_resonant_at_a_third_and_a_quarter_of_a_turn() {
         let at = |degrees: f64| [[1.0, f64::to_radians(degrees)], [0.3, 0.0]];
         assert_eq!(found(Kind::Torus, &at(from), &at(to)), note, "{from} {to}");
     }
-    // The pair on the circle counts. Without a pair there is no note.
+    // Only the pair on the unit circle decides. Without a pair there is no note.
     let two = |degrees: f64| {
         [
             [0.4, f64::to_radians(120.0)],
@@ -104,7 +104,7 @@ fn a_second_multiplier_that_passes_the_circle_is_told() {
     }
 }
 
-/// A multiplier of ±1 along a graze, or a graze of another contact.
+/// Along a curve of grazes, a multiplier passes ±1, or another extreme grazes.
 #[test]
 fn what_happens_on_a_graze_besides_is_told() {
     let kind = Kind::Graze {
@@ -124,7 +124,8 @@ fn what_happens_on_a_graze_besides_is_told() {
         found(kind, &inside, &doubled),
         Some("graze and period doubling")
     );
-    // Round-off in the depth of the graze itself is not another graze, nor is an extreme during contact.
+    // Round-off in the depth of the graze itself is not another graze. Neither is an extreme while the
+    // contact is closed.
     let touching = |depths: &[f64]| orbit(&inside, depths);
     let [inward, outward] = [1e-15, -1e-15].map(|depth| touching(&[depth, 0.5]));
     assert_eq!(kind.codimension_two(&inward, &outward), None);
@@ -155,7 +156,7 @@ fn places_in_a_plane_are_parts_of_its_sides() {
     assert!((apart - 0.5).abs() < 1e-14, "{apart}");
 }
 
-/// `y' = y + p₀ − g(p₁) − x²` with `x = y − 1`, whose folds lie on the hyperbola `p₀ = g(p₁) = √(p₁² + w²)`.
+/// `y' = y + p₀ − g(p₁) − x²` with `x = y − 1`. Its folds lie on the hyperbola `p₀ = g(p₁) = √(p₁² + w²)`.
 struct Hyperbola {
     width: f64,
 }
@@ -188,8 +189,8 @@ impl CycleMap for Hyperbola {
     }
 }
 
-/// A curve is followed through a bend much sharper than its steps, which shorten there and grow again. At a corner,
-/// the curve ends.
+/// A curve is followed through a bend that is much sharper than its steps. The steps become shorter there and
+/// grow again afterwards. At a corner, the curve ends.
 #[test]
 fn a_sharp_bend_is_followed_in_shorter_steps() {
     let plane = CurveSettings {

@@ -1,4 +1,5 @@
-//! Known approaches to orbits of maps with two components, which replace the map of a mesh cycle.
+//! Known approaches to orbits of maps with two components. A test kernel applies such a map instead of a mesh
+//! cycle.
 
 use super::*;
 use crate::model::OperatingPoint;
@@ -26,7 +27,8 @@ trait Map {
     }
 }
 
-/// A map as a kernel with an event in every cycle, because an orbit without events would count as affine.
+/// A kernel that applies a map in every cycle. It counts an event per cycle, because an orbit without events
+/// would be treated as affine.
 struct Cycles<M> {
     map: M,
     weights: [f64; 2],
@@ -166,8 +168,8 @@ impl Map for Flip {
     }
 }
 
-/// The distance decreases as the inverse square root of time. Far from the orbit this is thousands of times as fast as
-/// near it.
+/// The distance decreases as the inverse square root of time. Far from the orbit, the decrease is thousands
+/// of times as fast as near it.
 #[test]
 fn an_orbit_about_to_double_attracts() {
     let place = TestModel::new(Flip {
