@@ -266,6 +266,10 @@ impl Found<'_> {
         }
         let longest = self.evidence.longest_period;
         let known = self.known();
+        let separates = self.evidence.events > 0 && self.growth.steady() >= EXPONENTIAL;
+        if separates && self.lambda > 0.0 {
+            return None;
+        }
         if self.lambda.abs() <= (SIGMAS * self.error).clamp(NEUTRAL / 10.0, NEUTRAL) {
             return Some(format!(
                 "{known}, zero within its error, and no period up to {longest}"
@@ -295,9 +299,14 @@ impl Found<'_> {
         let Evidence { measured, .. } = *self.evidence;
         if self.lambda > 0.0 {
             if self.evidence.events > 0 && self.growth.steady() >= EXPONENTIAL {
+                let why = if self.lambda > SIGMAS * self.error {
+                    format!("below {NEUTRAL} per cycle")
+                } else {
+                    format!("within {SIGMAS} standard errors of zero")
+                };
                 return format!(
-                    "{known}: neighbouring trajectories separate, but the exponent is within {SIGMAS} standard errors \
-                     of zero over {measured} measured cycles"
+                    "{known}: neighbouring trajectories separate, but the exponent is {why} over {measured} measured \
+                     cycles"
                 );
             }
             return match self.evidence.events {

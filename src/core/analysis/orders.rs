@@ -206,6 +206,18 @@ impl Orders {
         }
     }
 
+    /// Keeps only the complete stretches within the first `cycles`. The rest can be evaluated but not continued.
+    pub(in crate::analysis) fn cut(&mut self, cycles: u64) {
+        self.finish();
+        for family in &mut self.families {
+            family.stretches.cut(cycles);
+        }
+        let is_empty = |family: &Family| family.stretches.complete().is_empty();
+        if self.families.iter().all(is_empty) {
+            self.restart();
+        }
+    }
+
     /// Adds a window, with the series of the outputs.
     pub fn window(&mut self, window: &Window<'_>, outputs: &[Series]) {
         self.series.clear();

@@ -199,6 +199,17 @@ impl Outputs {
         }
     }
 
+    /// Keeps only the complete stretches within the first `cycles`. The rest can be evaluated but not continued.
+    pub fn cut(&mut self, cycles: u64) {
+        self.finish();
+        self.sums.iter_mut().for_each(|sums| sums.cut(cycles));
+        let kept = |sums: &BlockSums<_>| sums.complete().len() as u64 * sums.length();
+        self.cycles = self.sums.first().map_or(0, kept);
+        if self.cycles == 0 {
+            self.restart();
+        }
+    }
+
     /// Series of the outputs on the last window.
     pub fn series(&self) -> &[Series] {
         &self.series

@@ -58,12 +58,8 @@ fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
 
 /// Path in the FMU for the file that this key of the manifest names.
 fn place(key: &str) -> String {
-    match key {
-        "model.file" => "files/modes.toml".to_owned(),
-        "grid.points" => "files/points.csv".to_owned(),
-        key if key.starts_with("grid.") => format!("files/{}.csv", key.replace('"', "")),
-        _ => "files/housing.toml".to_owned(),
-    }
+    let suffix = if key.ends_with(".file") { "toml" } else { "csv" };
+    format!("files/{}.{suffix}", key.replace('"', ""))
 }
 
 impl Resources {

@@ -3,13 +3,13 @@
 
 use std::fs;
 use std::io::ErrorKind;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
 use super::atomic_file::write_atomically;
 use super::checksum::{TableRecord, sealed};
-use super::file::{UnfinishedTable, create_folder, remove_stale};
+use super::file::{ClosedTable, UnfinishedTable, create_folder, remove_stale, table_path};
 use super::table::Table;
 use super::table_kind::TableKind;
 use super::{ProgramRecord, StoreError};
@@ -59,12 +59,13 @@ pub(super) struct CommandTables<'a> {
     folder: &'a Path,
     record: &'static str,
     metadata: &'a [(&'a str, String)],
-    tables: Vec<TableRecord>,
+    tables: Vec<ClosedTable>,
+    /// Table of an earlier command that the new tables replace without a successor.
+    superseded: Option<PathBuf>,
 }
 
 impl<'a> CommandTables<'a> {
-    /// Prepares the folder. It removes the old record, so that no record exists while old and new tables are
-    /// mixed.
+    /// Prepares the folder.
     pub(super) fn start(
         folder: &'a Path,
         record: &'static str,
@@ -72,12 +73,12 @@ impl<'a> CommandTables<'a> {
     ) -> Result<Self, StoreError> {
         create_folder(folder)?;
         remove_stale(folder)?;
-        remove(&folder.join(record))?;
         Ok(Self {
             folder,
             record,
             metadata,
             tables: Vec::new(),
+            superseded: None,
         })
     }
 
@@ -89,14 +90,24 @@ impl<'a> CommandTables<'a> {
     ) -> Result<(), StoreError> {
         let mut file = UnfinishedTable::create(self.folder, kind, None, table, self.metadata)?;
         rows.into_iter().try_for_each(|row| file.push(row))?;
-        self.tables.push(file.finish()?);
+        self.tables.push(file.close()?);
         Ok(())
     }
 
-    /// Writes the record of the tables.
+    /// Marks an earlier table that [`Self::finish`] removes.
+    pub(super) fn supersede(&mut self, kind: TableKind) {
+        self.superseded = Some(table_path(self.folder, kind, None));
+    }
+
+    /// Gives the tables their final names and writes their record. A full disk has caused an error before, so the
+    /// earlier tables and their record are then still there. No record exists while old and new tables are mixed.
     pub(super) fn finish(self) -> Result<Vec<TableRecord>, StoreError> {
-        TablesRecord::new(self.metadata, self.tables.clone()).write(self.folder, self.record)?;
-        Ok(self.tables)
+        remove(&self.folder.join(self.record))?;
+        self.superseded.as_deref().map_or(Ok(()), remove)?;
+        let tables = self.tables.into_iter().map(ClosedTable::publish);
+        let tables = tables.collect::<Result<Vec<_>, _>>()?;
+        TablesRecord::new(self.metadata, tables.clone()).write(self.folder, self.record)?;
+        Ok(tables)
     }
 }
 

@@ -3,8 +3,7 @@
 
 use super::StoreError;
 use super::checksum::TableRecord;
-use super::command_record::{CommandTables, remove};
-use super::file::table_path;
+use super::command_record::CommandTables;
 use super::point_row::AxisColumn;
 use super::table::{Column, Table, columns};
 use super::table_kind::{FOLLOW_RECORD, TableKind};
@@ -350,7 +349,7 @@ pub fn write_followed(
     let mut tables = CommandTables::start(folder, FOLLOW_RECORD, metadata)?;
     match rows.curves {
         Some(rows) => tables.write(TableKind::Curves, curves_table(axes), rows)?,
-        None => remove(&table_path(folder, TableKind::Curves, None))?,
+        None => tables.supersede(TableKind::Curves),
     }
     let bifurcations = bifurcations_table(axes);
     tables.write(TableKind::Bifurcations, bifurcations, rows.bifurcations)?;

@@ -8,7 +8,7 @@ use arrow_schema::{ArrowError, SchemaRef};
 
 use super::StoreError;
 use super::command_record::{TablesRecord, remove};
-use super::file::{UnfinishedTable, create_folder, remove_stale};
+use super::file::{ClosedTable, UnfinishedTable, create_folder, remove_stale};
 use super::table::{Table, columns};
 use super::table_kind::{TRACE_RECORD, TableKind};
 use crate::analysis::{TraceSample, TraceSink};
@@ -257,9 +257,10 @@ impl TraceWriter {
     /// # Errors
     /// A file cannot be written.
     pub fn finish(self) -> Result<(), StoreError> {
-        // No record exists while old and new tables are mixed.
+        let closed = [self.events.close()?, self.trace.close()?];
+        // A full disk has caused an error by now. No record exists while old and new tables are mixed.
         remove(&self.folder.join(TRACE_RECORD))?;
-        let tables = vec![self.events.finish()?, self.trace.finish()?];
+        let tables = (closed.into_iter().map(ClosedTable::publish)).collect::<Result<_, _>>()?;
         TablesRecord::new(&self.metadata, tables).write(&self.folder, TRACE_RECORD)
     }
 }

@@ -209,13 +209,14 @@ impl CycleMap {
             MapKernel::Kept(kernel) => Ok(work.with(&**kernel)),
             MapKernel::Built(built) => {
                 let (model, kernel) = &**built;
-                Ok(kernel.apply(model, &self.parts, work)?)
+                Ok(kernel.apply(model, &self.parts, |_| work)?)
             }
         }
     }
 }
 
 /// A request to the map, which a kernel carries out.
+#[derive(Clone, Copy)]
 struct MapRequest<'a> {
     model: &'a Model,
     config: &'a MapConfig<'a>,

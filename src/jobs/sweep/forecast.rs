@@ -119,7 +119,7 @@ pub fn forecast(sweep: &Sweep<'_>, budget: Duration) -> Result<Option<Forecast>,
         shared: shared(job),
     };
     let tables = needed_tables(job, ids());
-    let least = sample(all, threads).max(SMALLEST_SAMPLE.min(all));
+    let least = sample(all, threads).max(SMALLEST_SAMPLE).min(all);
     let places = drawn(all, least.max(all.min(MOST_A_WORKER * threads)));
 
     let clock = Instant::now();

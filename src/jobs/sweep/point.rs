@@ -190,10 +190,7 @@ fn build_and_compute(
         seat,
         interrupt,
     };
-    match (kernel.apply(&model, parts, task(&kernel)), kernel.instead()) {
-        (Err(BuildError::Tables { .. }), Some(other)) => other.apply(&model, parts, task(&other)),
-        (done, _) => done,
-    }
+    kernel.apply(&model, parts, task)
 }
 
 /// The computation of a point whose model and starts are known.

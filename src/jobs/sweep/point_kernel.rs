@@ -54,7 +54,7 @@ impl PointKernel {
     }
 
     /// Another kernel for a point that reaches a set of closed contacts without a table, if the program may choose.
-    pub fn instead(&self) -> Option<Self> {
+    fn instead(&self) -> Option<Self> {
         let (Some(Why::Met { .. }), KernelSetting::Auto) = (self.why, self.setting) else {
             return None;
         };
@@ -66,11 +66,26 @@ impl PointKernel {
         })
     }
 
-    /// Builds the kernel of the same model and uses it.
+    /// Builds the kernel of the same model and uses it. If the motion reaches a set of closed contacts without a table,
+    /// and the program may choose, another kernel repeats the work.
     ///
     /// # Errors
     /// The kernel has no tables for the model.
     pub fn apply<U: KernelUse>(
+        &self,
+        model: &Model,
+        parts: &Prepared,
+        user: impl Fn(&Self) -> U,
+    ) -> Result<U::Output, BuildError> {
+        match (self.apply_once(model, parts, user(self)), self.instead()) {
+            (Err(BuildError::Tables { .. }), Some(other)) => {
+                other.apply_once(model, parts, user(&other))
+            }
+            (done, _) => done,
+        }
+    }
+
+    fn apply_once<U: KernelUse>(
         &self,
         model: &Model,
         parts: &Prepared,

@@ -169,15 +169,16 @@ pub fn sensitivities(
     })
 }
 
-fn with_kernel<U: KernelUse>(
+fn with_kernel<U: KernelUse + Clone>(
     point: &PointSpec,
     model: &Model,
     parts: &Prepared,
     user: U,
 ) -> Result<U::Output, BuildError> {
-    PointKernel::of(point, model, parts)?.apply(model, parts, user)
+    PointKernel::of(point, model, parts)?.apply(model, parts, |_| user.clone())
 }
 
+#[derive(Clone)]
 struct Settle<'a> {
     model: &'a Model,
     start: TrajectoryState,
@@ -199,6 +200,7 @@ impl KernelUse for Settle<'_> {
 }
 
 /// A request for the quantities of an orbit, their derivatives and its largest multiplier.
+#[derive(Clone)]
 struct Orbit<'a> {
     model: &'a Model,
     by: &'a Model,
@@ -308,7 +310,7 @@ fn of_orbit(
                                 * exact
                                     .abs()
                                     .max(check.abs())
-                                    .max(NEGLIGIBLE * (values[i] / at[0]).abs()) =>
+                                    .max(NEGLIGIBLE * (values[i] / family.size(at, 0)).abs()) =>
                     {
                         KINK.to_owned()
                     }
@@ -322,6 +324,7 @@ fn of_orbit(
         .collect())
 }
 
+#[derive(Clone)]
 struct Members<'a> {
     model: &'a Model,
     starts: &'a [TrajectoryState],
@@ -343,6 +346,7 @@ impl KernelUse for Members<'_> {
     }
 }
 
+#[derive(Clone)]
 struct Starts<'a> {
     start: &'a TrajectoryState,
     members: usize,

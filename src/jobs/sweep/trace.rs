@@ -59,7 +59,7 @@ impl PointTrace<'_> {
         &self,
         model: &Model,
         interrupt: &AtomicBool,
-        open: impl FnOnce() -> Result<S, S::Error>,
+        open: impl Fn() -> Result<S, S::Error>,
     ) -> Result<(TraceOutcome, S), PointTraceError<S::Error>> {
         let run = &self.point.run;
         let swept = if self.swept {
@@ -69,12 +69,13 @@ impl PointTrace<'_> {
             // A point without a sweep starts from `run.initial`.
             None
         };
-        let recording = Recording {
+        let start = swept.unwrap_or_else(|| model.start(&run.initial));
+        let recording = |_: &PointKernel| Recording {
             model,
-            start: swept.unwrap_or_else(|| model.start(&run.initial)),
+            start: start.clone(),
             config: &self.config,
             interrupt,
-            open,
+            open: &open,
         };
         let kernel = PointKernel::of(self.point, model, self.parts)?;
         let recorded = kernel.apply(model, self.parts, recording)?;

@@ -194,16 +194,16 @@ fn begin(
     out: &mut Branches,
     interrupt: &AtomicBool,
 ) -> Result<(), ExploreError> {
+    if is_known(map, span, out, &orbit) {
+        out.repeated_orbits += 1;
+        return Ok(());
+    }
     if out.all.len() >= settings.most {
         let message =
             "more orbits are found than continuation.branches allows; raise continuation.branches";
         if !out.failures.iter().any(|failure| failure == message) {
             out.failures.push(message.to_owned());
         }
-        return Ok(());
-    }
-    if is_known(map, span, out, &orbit) {
-        out.repeated_orbits += 1;
         return Ok(());
     }
     let value = orbit.at[span.axis];
@@ -275,7 +275,7 @@ fn follow_branches_at(
                 continue;
             }
         };
-        unfollowed_branch = Some(Unfollowed::Lost { period, reason });
+        unfollowed_branch.get_or_insert(Unfollowed::Lost { period, reason });
     }
     unfollowed_branch
 }

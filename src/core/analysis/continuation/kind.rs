@@ -53,19 +53,23 @@ impl Kind {
 
     /// The bifurcation of codimension two between two points of a curve, if any.
     pub fn codimension_two(&self, a: &Orbit, b: &Orbit) -> Option<&'static str> {
-        let pairs = |orbit: &Orbit| pairs_outside(orbit, 1.0 + 1e-6);
+        let radius = 1.0 + 1e-6;
+        let outside = |orbit: &Orbit| orbit.multipliers.iter().filter(|m| m.norm() > radius).count();
+        // Two real multipliers outside the circle that become a pair are no bifurcation.
+        let pair_crosses = pairs_outside(a, radius) != pairs_outside(b, radius)
+            && outside(a).abs_diff(outside(b)) >= 2;
         match self {
             Self::Fold => {
                 if Test::MinusOne.changes(a, b) {
                     return Some("fold and period doubling");
                 }
-                (pairs(a) != pairs(b)).then_some("fold and torus")
+                pair_crosses.then_some("fold and torus")
             }
             Self::PeriodDoubling => {
                 if Test::PlusOne.changes(a, b) {
                     return Some("fold and period doubling");
                 }
-                (pairs(a) != pairs(b)).then_some("period doubling and torus")
+                pair_crosses.then_some("period doubling and torus")
             }
             Self::Torus => {
                 let angle = |orbit: &Orbit| critical(self, orbit).map(|m| m.arg());

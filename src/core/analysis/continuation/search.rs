@@ -37,7 +37,7 @@ pub fn orbits<F: ParametricDrive>(
     let resting = map.model(at)?.start(&InitialState::Static);
     let guess = map.coordinates(&resting.state);
     take(map, &mut found, &guess, at, unit);
-    let Ok(path) = strobes(map, at, start, search) else {
+    let Ok(path) = strobes(map, at, start, search, unit) else {
         return Ok(found);
     };
     // After a chaotic transient, round-off decides which orbit a trajectory reaches. Further trajectories
@@ -46,7 +46,7 @@ pub fn orbits<F: ParametricDrive>(
     let mut paths = vec![path];
     for start in others {
         let start = map.state(&start);
-        paths.extend(strobes(map, at, start, search).ok());
+        paths.extend(strobes(map, at, start, search, unit).ok());
     }
     for period in (unit..=search.longest).step_by(unit as usize) {
         for (number, path) in paths.iter().enumerate() {
@@ -106,9 +106,12 @@ fn strobes<F: ParametricDrive>(
     at: MapParameters,
     start: TrajectoryState,
     search: &OrbitSearchSettings,
+    unit: u32,
 ) -> Result<Vec<Vec<f64>>, MapError> {
     let mut state = start;
-    map.advance(at, search.transient, &mut state, &mut ())?;
+    // Guesses are used from the start of the excitation's period.
+    let transient = search.transient.next_multiple_of(u64::from(unit));
+    map.advance(at, transient, &mut state, &mut ())?;
     let mut path = vec![map.coordinates(&state.state)];
     for _ in 0..search.cycles {
         map.advance(at, 1, &mut state, &mut ())?;

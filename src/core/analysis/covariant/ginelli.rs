@@ -28,6 +28,9 @@ pub(super) struct Coefficients {
     packed: Vec<f64>,
 }
 
+/// Length of a unit vector's part outside a space, below which it counts as a vector of the space.
+const DEPENDENT: f64 = 1e-12;
+
 impl Coefficients {
     /// Random coefficients.
     pub fn random(vectors: usize, stream: &mut Stream) -> Self {
@@ -86,7 +89,7 @@ impl Coefficients {
                 }
             }
             let length = normalise(&mut vector);
-            if length.is_nan() || length <= 0.0 {
+            if length.is_nan() || length <= DEPENDENT {
                 return None;
             }
             basis.push(vector);

@@ -190,7 +190,9 @@ pub fn probe_basins<K: Kernel + Sync>(
         .attractors
         .iter_mut()
         .filter(|one| one.class.is_chaos());
-    chaotic.for_each(|one| one.chaos_lifetime_low = Some(chaos.interval().0));
+    // Cells of a slice may find a chaotic motion that no probe has: its lifetime is then unknown.
+    let lifetime = (chaos.cycles > 0).then(|| chaos.interval().0);
+    chaotic.for_each(|one| one.chaos_lifetime_low = lifetime);
     multistability.share_out();
     Ok(multistability)
 }

@@ -191,6 +191,10 @@ impl<'a, K: Kernel> Shooting<'a, K> {
             }
             let stagnant = last <= STAGNANT && residual > 0.5 * last;
             if last <= CONVERGED || stagnant {
+                // Nearly neutral orbits: the last step was round-off, magnified.
+                if residual > 2.0 * STAGNANT {
+                    return Ok(None);
+                }
                 return Ok(
                     eigenvalues(matrix.as_ref()).map(|multipliers| PeriodicOrbit {
                         start,

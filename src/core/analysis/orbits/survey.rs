@@ -201,9 +201,12 @@ impl<K: Kernel> Search<'_, K> {
             }
             other => other.to_string(),
         };
-        let orbit = find_orbit(model, kernel, norm, guess, period, &mut self.workspace)
+        let workspace = &mut self.workspace;
+        let orbit = shoot(model, kernel, norm, guess, period, workspace)
             .map_err(stopped)?
             .ok_or("Newton's method does not converge from this state")?;
+        let orbit =
+            shortest(model, kernel, norm, orbit, self.unit, workspace).map_err(stopped)?;
         let known = (self.found.iter()).any(|(points, _)| passes(norm, points, &orbit));
         if !known {
             let described = self.describe(&orbit, state).map_err(stopped)?;
@@ -257,21 +260,6 @@ fn midway(model: &Model, a: &TrajectoryState, b: &TrajectoryState) -> Trajectory
     let middle = |(x, y): (&f64, &f64)| 0.5 * (x + y);
     let state = a.state.iter().zip(&b.state).map(middle).collect();
     TrajectoryState::new(model, state, a.cycle)
-}
-
-/// The orbit near a guess, with its shortest period.
-fn find_orbit<K: Kernel>(
-    model: &Model,
-    kernel: &K,
-    norm: &EnergyNorm,
-    guess: &TrajectoryState,
-    period: u32,
-    workspace: &mut K::Workspace,
-) -> Result<Option<PeriodicOrbit>, Stop> {
-    match shoot(model, kernel, norm, guess, period, workspace)? {
-        Some(orbit) => shortest(model, kernel, norm, orbit, 1, workspace).map(Some),
-        None => Ok(None),
-    }
 }
 
 /// Whether an orbit with the strobe states `points` passes through the start of `orbit`.

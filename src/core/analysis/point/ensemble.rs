@@ -305,8 +305,11 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// The slowest mode with a frequency, counted from 1, and its period in mesh cycles, if that exceeds
-    /// `cycles`.
+    /// `cycles`. `None` if modes are coupled, so that blocks are not modes.
     fn slow_mode(&self, cycles: u64) -> Option<(usize, f64)> {
+        if self.model.basis.coupled().is_some() {
+            return None;
+        }
         let turn = |mode: usize| {
             let frequency = self.model.blocks[mode].natural_frequency();
             TAU / (frequency * self.model.period())

@@ -32,8 +32,8 @@ impl Record {
         self.growth.as_ref().map(TangentGrowth::averages)
     }
 
-    /// Keeps only the first `cycles`, which contain `events` events. Outputs, spectra and orders also keep
-    /// the cycles after these.
+    /// Keeps only the first `cycles`, which contain `events` events. Spectra keep the later cycles too, because
+    /// their segments are not stored.
     pub(super) fn cut(&mut self, cycles: u64, events: u64) {
         if let Some(growth) = &mut self.growth {
             growth.cut(cycles);
@@ -43,6 +43,12 @@ impl Record {
         }
         if let Some(power) = &mut self.watch.power {
             power.cut(cycles);
+        }
+        if let Some(outputs) = &mut self.watch.outputs {
+            outputs.cut(cycles);
+        }
+        if let Some(orders) = &mut self.watch.orders {
+            orders.cut(cycles);
         }
         self.strobe.cut(cycles);
         self.measured = cycles;
