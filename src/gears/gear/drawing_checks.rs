@@ -1,4 +1,5 @@
-//! Does a drawing meet the assumptions of the flanks? Checks lengths, moduli, courses through points and bores.
+//! Does a drawing meet the assumptions of the flanks? Checks lengths, moduli, profiles and leads given by
+//! points, and bores.
 
 use super::compliance::LEAST_BODY_RATIO;
 use super::{FlankCourse, GearError, GearPair, Tooth, non_negative, positive};
@@ -67,7 +68,7 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
     Ok(())
 }
 
-/// Checks that courses through points lie on their flanks, in order.
+/// Checks that profiles and leads given by points lie on their flanks, with increasing positions.
 pub(super) fn check_points(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<(), GearError> {
     for (index, tooth) in teeth.iter().enumerate() {
         let [_, half] = pair.form.overhang[index].to_gear_face(0.0, pair.face_width);
@@ -122,7 +123,8 @@ fn given(
     values.iter().flatten().map(move |value| (quantity, *value))
 }
 
-/// The bores; for a ring minus the outer diameter. Checks that they are known and that the bodies can be solved.
+/// Returns the bores \[m\]; for a ring minus the outer diameter. Checks that they are known and that the
+/// compliance of the bodies can be computed.
 pub(super) fn bores(pair: &GearPair, teeth: &[Tooth; 2]) -> Result<[f64; 2], GearError> {
     let mut bores = [0.0; 2];
     for (index, tooth) in teeth.iter().enumerate() {

@@ -1,6 +1,6 @@
 //! What can be wrong with the drawing of a gear pair?
 
-/// A course of a flank that is given through points.
+/// The direction along a flank in which the drawing gives missing material by points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FlankCourse {
     /// Along the roll length.
@@ -119,7 +119,7 @@ pub enum GearError {
         /// Diameter at which fillet and involute meet \[m\].
         form_diameter: f64,
     },
-    /// The teeth of a ring reach too far inwards, or not at all.
+    /// The tip circle of a ring is too small, or so large that it lies in the root fillet.
     #[error(
         "the tip diameter {tip_diameter:.6} m of gear {gear}, a ring, must be between {least:.6} m, where its involute \
          or its tooth ends, and {most:.6} m, where its root fillet begins"
@@ -236,7 +236,7 @@ pub enum GearError {
         /// Least ratio.
         least: f64,
     },
-    /// A course through one point.
+    /// A profile or lead is given by one point only.
     #[error("the {course} of gear {gear} has one point, but needs two or more")]
     OnePoint {
         /// Which course.
@@ -244,7 +244,7 @@ pub enum GearError {
         /// 1 = pinion, 2 = wheel.
         gear: usize,
     },
-    /// Points that do not increase.
+    /// The positions of the points do not increase.
     #[error(
         "point {point} of the {course} of gear {gear} is not beyond the previous one, or is not a number; \
          list the points with increasing positions"
@@ -282,7 +282,7 @@ pub enum GearError {
         /// Coefficient of friction that the law gives.
         coefficient: f64,
     },
-    /// A crack in a ring.
+    /// A crack is requested in a tooth of a ring.
     #[error(
         "a ring has no critical section at 30°, so that the effect of a crack is not known; give `stiffness` instead"
     )]

@@ -1,10 +1,11 @@
 //! How do pairs slide over the mesh cycle if those in contact share the load evenly?
 //!
-//! At mesh phase φ the pairs of a spur gear stand at `s = (φ + j − π) p_b` from the pitch point, with integer j and
-//! `0 ≤ φ + j < ε`. At phase 0 a pair enters at the start of the path, π cycles before it passes the pitch
-//! point. Each of n pairs carries 1/n. So `Λ₀ = −Σ sign(s)/n` is piecewise constant, with steps where a pair enters,
-//! leaves or passes the pitch point. `Λ₁ = −Σ |s|/n` is linear in between ([`friction_direction`]). Over a cycle
-//! the mean of `−Λ₁ (1/r_b1 + 1/r_b2)` is Ohlendorf's (1958) loss factor if `ε ≤ 2`.
+//! At mesh phase φ the pairs of a spur gear are at `s = (φ + j − π) p_b` from the pitch point, with integer j
+//! and `0 ≤ φ + j < ε`. At phase 0 a pair enters at the start of the path, π cycles before it passes the
+//! pitch point. Each of n pairs carries 1/n. So `Λ₀ = −Σ sign(s)/n` is piecewise constant, with steps where a
+//! pair enters, leaves or passes the pitch point. `Λ₁ = −Σ |s|/n` is linear in between
+//! ([`friction_direction`]). Over a cycle the mean of `−Λ₁ (1/r_b1 + 1/r_b2)` is Ohlendorf's (1958) loss
+//! factor if `ε ≤ 2`.
 //!
 //! A helical pair is `ε_β/2` cycles ahead at one end of its face and `ε_β/2` cycles behind at the other. All lines of
 //! contact carry the same load per length.
@@ -28,7 +29,7 @@ pub struct EvenSharing {
     pub pitch_phase: f64,
     /// From the first to the last touch, at one position of the face: the transverse contact ratio ε ≥ 1.
     pub contact_ratio: f64,
-    /// Lead of one end of the face over the other: the overlap ratio ε_β, 0 for spur gears.
+    /// Phase lead of one end of the face over the other: the overlap ratio ε_β, 0 for spur gears.
     pub overlap_ratio: f64,
     /// Transverse base pitch p_bt \[m\].
     pub base_pitch: f64,
@@ -92,12 +93,14 @@ impl EvenSharing {
         )
     }
 
-    /// Phases, mapped by `moved`, at which pairs enter and leave and between which the load varies linearly.
+    /// Phases at which pairs enter or leave, mapped by `moved`. On helical faces further cuts at equal
+    /// distances follow, between which the load may count as linear.
     pub(super) fn contact_breaks(&self, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         self.ends_at(&[0.0, self.contact_ratio], SAME_END, moved)
     }
 
-    /// Ends of stretches where a pair passes one of `marks`, times after its first touch, mapped by `moved`.
+    /// Ends of stretches in order, 1 last: phases at which a pair passes one of `marks`. Marks are times
+    /// after its first touch \[cycles\], and `moved` maps them to phases.
     fn ends_at(&self, marks: &[f64], least_distance: f64, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         let half = 0.5 * self.overlap_ratio;
         let mut ends: Vec<f64> = (marks.iter())

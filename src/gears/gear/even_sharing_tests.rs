@@ -107,7 +107,7 @@ fn spur_pairs_slide_as_their_mesh_table_has_it() {
     }
 }
 
-/// The sign changes where a pair passes the pitch point. In the approach the pinion pushes along +t.
+/// The sign changes where a pair passes the pitch point. Before it the pinion slides along +t.
 #[test]
 fn friction_turns_at_the_pitch_point() {
     for pair in spur_pairs() {
@@ -117,7 +117,7 @@ fn friction_turns_at_the_pitch_point() {
         assert!(even.contact_ratio - 1.0 < pitch && pitch < 1.0);
         assert_eq!(even.at(pitch - 1e-12).direction, 1.0);
         assert_eq!(even.at(pitch + 1e-12).direction, -1.0);
-        // Two pairs, one before and one behind it, carry half each.
+        // Two pairs, one before the pitch point and one after it, carry half each.
         let two = even.at(0.5 * (even.contact_ratio - 1.0));
         assert_eq!(two.direction, 0.0);
         assert!((two.lever / (-0.5 * even.base_pitch) - 1.0).abs() < 1e-14);

@@ -7,9 +7,9 @@
 //! n = c − ⌊τ⌋,    τ = (s − s_start)/p_bt
 //! ```
 //!
-//! and has touched for τ cycles. The tooth keeps the part f₀ of the stiffness 1/C of its pair, its crack bends by c per
-//! force, and its flanks lack material d. On a face b this pair has the compliance `C/f₀ + b c` and the relief + d. Load
-//! sharing then decides which pairs touch.
+//! and has touched for τ cycles. The fault leaves the part f₀ of the stiffness 1/C of the pair. Its crack
+//! adds the deflection c per force, and material d is missing from its flanks. On a face of width b this pair
+//! has the compliance `C/f₀ + b c`, and d adds to its relief. Load sharing then decides which pairs touch.
 
 use super::compliance::{FaceCoupling, PairCompliance};
 use super::flank_law::FlankLaw;
@@ -33,7 +33,7 @@ pub struct FaultyFlanks<'a, L> {
 }
 
 impl<L: FlankLaw> FaultyFlanks<'_, L> {
-    /// The faults of the pair that has touched for some cycles τ.
+    /// The faults of the pair that first touched `since` cycles (τ) ago.
     fn faults(&self, since: f64) -> impl Iterator<Item = &ToothFault> {
         let number = self.cycle as i64 - since.floor() as i64;
         self.teeth.faults.iter().filter(move |fault| {

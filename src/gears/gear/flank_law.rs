@@ -1,5 +1,5 @@
-//! What does load sharing need to know about a tooth pair? Where it meets, how it yields, and how much material
-//! is missing from its flanks.
+//! What does load sharing need to know about a tooth pair? Where its flanks touch, how compliant it is, and
+//! how much material is missing from its flanks.
 
 use super::{FaceCoupling, Flanks, PairCompliance, PathOfContact};
 use std::f64::consts::FRAC_2_PI;
@@ -14,8 +14,8 @@ pub trait FlankLaw: Sync {
     /// The path of contact.
     fn path(&self) -> PathOfContact;
 
-    /// Slope of the lines of contact in the plane of action `tan β_b` \[1\]: how much further along
-    /// the path a pair stands at the end of a face of unit length. 0 for spur gears.
+    /// Slope of the lines of contact in the plane of action `tan β_b` \[1\]: change of a pair's position on
+    /// the path per length of face. 0 for spur gears.
     fn helix(&self) -> f64 {
         0.0
     }
@@ -249,7 +249,7 @@ impl FlankLaw for Flanks {
 
 impl Flanks {
     /// Material missing from both flanks at position s \[m\]: tip and root relief, crowning and slope of the profiles,
-    /// courses through points.
+    /// profiles given by points.
     pub fn relief(&self, s: f64) -> f64 {
         let (form, path) = (&self.pair.form, self.path());
         let s = s.clamp(path.start, path.end);
@@ -267,7 +267,7 @@ impl Flanks {
     }
 
     /// Material missing from both flanks at z from the middle of the common face \[m\]: crowning and slope of the
-    /// leads, end relief, courses through points.
+    /// leads, end relief, leads given by points.
     pub fn lead(&self, z: f64) -> f64 {
         let form = &self.pair.form;
         let of_gear = |gear: usize| {

@@ -279,7 +279,7 @@ impl Flanks {
         self.path
     }
 
-    /// Where loaded pairs can touch on the line of action \[m\]: their tip edges touch before and behind
+    /// Where loaded pairs can touch on the line of action \[m\]: their tip edges also touch before and after
     /// the path of contact.
     pub fn reach(&self) -> [f64; 2] {
         self.reach
@@ -304,7 +304,7 @@ impl Flanks {
         self.path.contact_ratio()
     }
 
-    /// Lead of one end of the face over the other in mesh cycles, ε_β: the mean number of helical pairs
+    /// Phase lead of one end of the face over the other in mesh cycles, ε_β: the mean number of helical pairs
     /// in contact beyond [`Self::contact_ratio`].
     pub fn overlap_ratio(&self) -> f64 {
         self.face_width * self.base_helix[1].abs() / self.path.base_pitch
@@ -352,8 +352,8 @@ impl Flanks {
     }
 
     /// Sliding velocity at position s for a pinion speed of 1 rad/s, `s (1 + z₁/z₂)` \[m/s\]:
-    /// positive where the pinion's flank moves outwards over the wheel's, behind the pitch
-    /// point.
+    /// positive after the pitch point, where the pinion's flank moves towards its own root over the
+    /// wheel's.
     pub fn sliding(&self, s: f64) -> f64 {
         let [pinion, wheel] = self.pair.signed_teeth();
         s * (1.0 + pinion / wheel)

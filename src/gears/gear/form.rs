@@ -6,11 +6,12 @@ use strum::EnumString;
 
 /// Shape and material of the teeth. Arrays are `[pinion, wheel]`.
 ///
-/// The default is an unshifted pair of the ISO 53 profile C rack at its reference centre
+/// The default is an unshifted pair of the rack of ISO 53, profile A, at its reference centre
 /// distance, of steel, without relief.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ToothForm {
-    /// Profile shift coefficients x \[1\], in normal modules, positive away from the axis.
+    /// Profile shift coefficients x \[1\], in normal modules, positive if they make the teeth thicker: away
+    /// from the axis, for a ring towards the axis.
     pub profile_shift: [f64; 2],
     /// The basic rack that cuts both gears.
     pub rack: BasicRack,
@@ -84,7 +85,7 @@ impl ToothForm {
         }
     }
 
-    /// Turns the lead of a gear end for end.
+    /// Reverses the lead of a gear along its face: slope and points change ends.
     pub fn turn_lead(&mut self, gear: usize) {
         self.lead[gear].slope *= -1.0;
         let points = &mut self.lead_points[gear].points;

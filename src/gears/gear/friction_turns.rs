@@ -78,7 +78,8 @@ pub(super) mod tests {
         assert_eq!(cut.len(), 3);
         let directions: Vec<f64> = cut.iter().map(|division| division.friction[0]).collect();
         assert_eq!(directions, [0.0, 1.0, -1.0]);
-        // Two pairs one base pitch apart; then one from 0.15 before the pitch point to 0.25 behind it.
+        // Two pairs one base pitch apart; then one pair, from 0.15 cycles before the pitch point to 0.25
+        // after it.
         for (division, lever) in cut.iter().zip([-6e-3, -0.9e-3, -1.5e-3]) {
             assert!((division.friction[1] / lever - 1.0).abs() < 1e-12);
         }

@@ -32,8 +32,8 @@ impl GearPair {
         std::f64::consts::PI * self.transverse_module() * self.transverse_pressure_angle().cos()
     }
 
-    /// Overlap ratio `ε_β = b |tan β_b|/p_bt` \[1\]: the lead of one end of the face over the other in mesh
-    /// cycles.
+    /// Overlap ratio `ε_β = b |tan β_b|/p_bt` \[1\]: the phase lead of one end of the face over the other in
+    /// mesh cycles.
     pub fn overlap_ratio(&self) -> f64 {
         self.face_width * self.base_helix_angle().tan().abs() / self.base_pitch()
     }

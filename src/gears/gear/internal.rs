@@ -216,7 +216,7 @@ impl InternalPair {
     pub fn check(&self) -> Result<(), InternalError> {
         let working = self.operating_pressure_angle()?;
         let gap = self.half_gap()?;
-        // Numbers of twelve digits leave an error of this size.
+        // Drawings whose lengths have twelve digits round the gap by this much.
         if gap < -1e-9 * self.module {
             let overlap = -2.0 * gap / working.cos();
             return Err(InternalError::Jammed { overlap });

@@ -1,7 +1,8 @@
 //! The mesh at any load: every pair of teeth, on every slice of the face, is a spring across a separate gap.
 //!
 //! At a mesh phase the force that presses gears together is piecewise linear in their approach x. Each pair
-//! stiffens the mesh from the approach on at which it comes into contact ([`LoadSharing`]). The force is
+//! adds stiffness once x exceeds the approach at which the pair comes into contact ([`LoadSharing`]). The
+//! force is
 //!
 //! ```text
 //! F(x) = Σ_l k_l max(0, x − g_l)
@@ -219,7 +220,8 @@ fn check_piece(
         }
         return Ok(FitResult::Cut(0.5 * (low + high), f64::INFINITY));
     }
-    // Springs of pairs that come into contact together have the same sum in any order.
+    // Pairs that come into contact together may differ in order but have the same total stiffness. Spring by
+    // spring, only checks with the order of the nodes can be compared.
     checks.retain(|check| check.order().eq(nodes[0].order()));
     let count = nodes[0].springs.len();
     let through = |value: &dyn Fn(&PhaseSprings) -> f64| -> [f64; NODES] {
@@ -238,7 +240,7 @@ fn check_piece(
                 error = error.max(off);
                 error = error.max((evaluate(&gap, x) - spring.gap).abs() / GAP_SCALE);
             }
-            // Windows that start in a stretch extend beyond its end.
+            // A window of propagation that starts in this stretch may extend beyond its end.
             let end = evaluate(&stiffness, 1.0);
             let [least, most] = EXTRAPOLATION_LIMITS.map(|part| part * end);
             let inside = |x: &f64| (least..=most).contains(&evaluate(&stiffness, *x));

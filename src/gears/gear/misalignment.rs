@@ -37,9 +37,10 @@ impl TiltCompliance {
         }
     }
 
-    /// The compliance with positions across the face reversed, which changes the sign of the tilt by a force at
-    /// mid-face. A mirrored coast flank is the image of the drive flank in reversed positions, with its misalignment.
-    /// But bent shafts open both flanks at the same end of the face.
+    /// The compliance for positions across the face in reversed order: the tilt by a force at mid-face
+    /// changes its sign. The coast flank is computed as the mirror image of the drive flank, with reversed
+    /// positions. Bent shafts open both flanks at the same end of the face, which is the opposite end in the
+    /// image.
     pub fn other_way_round(self) -> Self {
         Self {
             by_force: -self.by_force,

@@ -36,7 +36,7 @@ pub struct GearPair {
 }
 
 impl GearPair {
-    /// Pitch radii `r = m_t z / 2` \[m\].
+    /// Reference radii `r = m_t z / 2` \[m\], negative for a ring.
     pub fn pitch_radii(&self) -> [f64; 2] {
         let module = self.transverse_module();
         self.signed_teeth().map(|z| 0.5 * module * z)
@@ -187,7 +187,8 @@ impl GearPair {
         Ok((backlash > NO_BACKLASH * self.module).then_some(0.5 * backlash))
     }
 
-    /// This pair with the thinning of both gears changed alike so that the drawing has a half gap \[m\].
+    /// This pair with the thinning of both gears changed by the same amount, so that the drawing has a half
+    /// gap \[m\].
     ///
     /// # Errors
     ///

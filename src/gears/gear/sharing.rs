@@ -59,7 +59,7 @@ pub struct SharedLoad {
     pub contact_fraction: f64,
 }
 
-/// Contribution of a pair to the mesh on a slice, from the approach on at which it comes into contact there.
+/// The spring that a pair adds to the mesh on a slice once the pair is in contact there.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PairSpring {
     /// The pair that comes into contact.
@@ -314,8 +314,9 @@ impl LoadSharing {
 
     /// Approach of the gears under a force \[m\].
     ///
-    /// Finds the last knot that needs no more force, and solves the quadratic from there on. The terms of the quadratic
-    /// are sums over the engaged ramps, not of changes since the first knot, so nothing cancels.
+    /// Finds the last knot that needs no more than this force, and solves the quadratic beyond it. The terms
+    /// of the quadratic are sums over the engaged ramps, not of changes since the first knot, so nothing
+    /// cancels.
     fn approach(&self, force: f64) -> f64 {
         let engaged = |x: f64| -> f64 {
             let forces = self.ramps.iter().map(|r| r.total() * r.state_at(x).mean);

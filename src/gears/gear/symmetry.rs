@@ -26,8 +26,8 @@ impl GearPair {
     }
 
     /// Path of contact before the pitch point \[m\],
-    /// `g_f = √(r_a2² − r_b2²) − r_b2 tan α_w`: it begins at the wheel's tip, at the latest where
-    /// the pinion's base circle touches the line of action.
+    /// `g_f = √(r_a2² − r_b2²) − r_b2 tan α_w`: it begins at the wheel's tip, but not before the point
+    /// where the pinion's base circle touches the line of action.
     ///
     /// # Errors
     ///
@@ -37,7 +37,7 @@ impl GearPair {
         self.path_to_tip(1)
     }
 
-    /// Path of contact behind the pitch point \[m\], `g_a`: it ends at the pinion's tip.
+    /// Path of contact after the pitch point \[m\], `g_a`: it ends at the pinion's tip.
     ///
     /// # Errors
     ///

@@ -43,8 +43,8 @@ pub(super) struct TipContact {
 }
 
 impl TipContact {
-    /// Gap along the line of action \[m\] where conjugate flanks would touch `beyond` \[m\] behind
-    /// the end. `None` if the edge would be in the mate's fillet.
+    /// Gap along the line of action \[m\] of a pair whose conjugate flanks would touch at the distance
+    /// `beyond` \[m\] after the end of the path. `None` if the edge would be in the mate's fillet.
     pub fn gap(&self, beyond: f64) -> Option<f64> {
         self.string(beyond)?;
         let opening = |x: &f64| {
@@ -72,8 +72,8 @@ impl TipContact {
             .then(|| y.atan2(x) - roll.atan() + self.pressure_angle)
     }
 
-    /// Distance behind the end of the path at which the gap reaches `gap` \[m\], limited by the mate's fillet and
-    /// by `furthest` \[m\].
+    /// Distance from the end of the path \[m\] at which the gap reaches `gap` \[m\]. The mate's fillet and
+    /// `furthest` \[m\] limit the distance.
     pub fn reach(&self, gap: f64, furthest: f64) -> f64 {
         let inside = |beyond: f64| self.gap(beyond).is_some_and(|tip_gap| tip_gap <= gap);
         if inside(furthest) {
@@ -154,7 +154,8 @@ mod tests {
                 let nearest = distance(0.5 * (low + high));
                 let gap = tip.gap(beyond).unwrap();
                 assert!(gap > 0.0);
-                // Both fall with the square of the distance behind the path; they differ by its cube.
+                // Both grow with the square of the distance from the end of the path. They differ by its
+                // cube.
                 assert!(
                     (gap / nearest - 1.0).abs() < 0.02,
                     "{part}: {gap} {nearest}"

@@ -386,7 +386,7 @@ impl Tooth {
     }
 }
 
-/// Profile shift at which the rack cuts, thinning included, in modules.
+/// Profile shift coefficient at which the rack cuts, thinning included, in modules of the pair.
 fn generating_shift(pair: &GearPair, index: usize) -> f64 {
     let thinning = pair.form.thinning[index] / (2.0 * pair.module * pair.pressure_angle.tan());
     pair.form.profile_shift[index] - thinning

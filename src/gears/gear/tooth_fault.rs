@@ -8,10 +8,11 @@
 //! k' = k (1 − (1 − f) σ),    gap' = gap + σ d,    1/f = 1/f₀ + σ k c,
 //! ```
 //!
-//! where c is the deflection per force that a crack adds ([`RootCrack`]), as long as all pairs of the
-//! mesh touch. If both teeth of a pair have faults, their compliances add: 1/f − 1 is the sum of both. Cycles repeat after a revolution of the gear. With faults of both gears they repeat after the hunting
-//! cycle, the least common multiple of the teeth. If every pair is a spring of its own, the pair of the tooth alone differs
-//! ([`FaultyFlanks`](super::FaultyFlanks)).
+//! where c is the deflection per force that a crack adds ([`RootCrack`]), as long as all pairs of the mesh
+//! touch. If both teeth of a pair have faults, their compliances add: 1/f − 1 is the sum of both. Cycles
+//! repeat after a revolution of the gear. With faults of both gears they repeat after the hunting cycle, the
+//! least common multiple of the numbers of teeth. If every pair is a separate spring, only the pair of the
+//! faulty tooth differs ([`FaultyFlanks`](super::FaultyFlanks)).
 
 use super::{EvenSharing, RootCrack};
 use crate::model::{Division, FlankError};
@@ -39,8 +40,8 @@ pub struct ToothFault {
 }
 
 impl ToothFault {
-    /// Compliance `1/f − 1` that it adds to a pair on a flank, relative to the pair's own, at a time after its first touch
-    /// \[cycles\].
+    /// Compliance `1/f − 1` that the fault adds to a pair on a flank, relative to that of the sound pair.
+    /// `since` is the time after the first touch \[cycles\], `stiffness` that of the sound pair \[N/m\].
     fn added_compliance(&self, flank: usize, since: f64, stiffness: f64) -> f64 {
         let crack = self.cracks[flank].map_or(0.0, |crack| crack.at(since));
         (1.0 / self.stiffness - 1.0) + stiffness * crack
@@ -60,7 +61,8 @@ pub struct FaultyTeeth {
     pub symmetry: f64,
 }
 
-/// The course of a flank: forwards, or as the mirror image about twice a phase.
+/// Order of time on a flank: forwards on drive flanks, mirrored about the time `twice / 2` \[cycles\] on
+/// coast flanks.
 #[derive(Debug, Clone, Copy)]
 enum FlankOrder {
     Drive,
@@ -117,7 +119,7 @@ impl FaultyTeeth {
             .collect()
     }
 
-    /// A division with the faults around a time \[cycles\].
+    /// A division at a time \[cycles\], changed by the faults of the pairs that are in contact then.
     fn changed(&self, division: &Division, time: f64, course: FlankOrder) -> Division {
         let mean = division.stiffness.mean();
         // Time since the first touch, share and added compliance of every pair with a fault.
@@ -223,7 +225,7 @@ mod tests {
             &summary(&cycles[1]),
             &[[0.36, 1.8, 1e-6], [0.96, 3.2, 5e-7], [1.0, 3.0, 0.0]],
         );
-        // Tooth 1 of the wheel is behind tooth 0 of the pinion.
+        // Tooth 1 of the wheel touches the coast flank of tooth 0 of the pinion.
         let of_wheel = teeth(1, 1).on_coast(&sound);
         assert_eq!(of_wheel[..2], cycles[..2]);
         assert_eq!(of_wheel.len(), 7);

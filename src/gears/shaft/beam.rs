@@ -210,8 +210,8 @@ impl BeamElement {
         full
     }
 
-    /// Rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`. The entries are those of the deflection at an
-    /// end, between this deflection and the slope at the same end, of a slope, and between both slopes.
+    /// Entries of the rotary inertia in one plane, in units of `ρ I / (L (1 + Φ)²)`: deflection with itself,
+    /// deflection with the slope at the same end, slope with itself, slope with the slope at the other end.
     fn rotary(&self) -> [f64; 4] {
         let (l, phi) = (self.length, self.shear_parameter());
         [

@@ -11,8 +11,9 @@
 //! -----+---------------------------+----- shaft
 //! ```
 //!
-//! A hub bends and twists with its shaft: a section of its diameter. The parts outside it are a rigid
-//! body. Without a hub the whole body is rigid, and the shaft bends below it as if it were alone.
+//! A hub bends and twists with its shaft, as a shaft section with the diameter of the hub. The parts
+//! outside it are a rigid body. Without a hub the whole body is rigid, and the shaft inside it bends as
+//! if it were alone.
 
 use super::disc::Disc;
 use super::error::ShaftError;

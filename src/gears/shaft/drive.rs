@@ -56,8 +56,8 @@ pub struct Shaft {
     pub drag: Drag,
 }
 
-/// Brakes of a shaft's rotation at the free end of its overhang, where the end inertia
-/// is and torques act; none by default.
+/// Drag torques against the rotation of a shaft; none by default. In a drive with two shafts they act
+/// at the free end of the overhang, where the end inertia is and torques act.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct Drag {
     /// Viscous part, torque per speed of this shaft \[N m s/rad\].
@@ -85,7 +85,7 @@ pub struct Bearing {
     /// Rolling contacts in addition to these springs; only for trains.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rolling: Option<RollingBearing>,
-    /// Pedestal of the bearing, if the bearing stands neither on the ground nor on a housing.
+    /// Pedestal of the bearing, if the bearing is mounted neither on the ground nor on a housing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pedestal: Option<Pedestal>,
 }

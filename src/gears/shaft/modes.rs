@@ -192,8 +192,8 @@ impl Modes {
 
     /// Checks the equation of every mode, row by row in units of the freedom's inertia. The reference is
     /// the sum of moduli in the shifted equation: without the shift a rigid motion that no spring couples
-    /// would be compared with the round-off of zero. If a mode hardly moves light and
-    /// stiff parts, the round-off of their motion with the whole counts.
+    /// would be compared with the round-off of zero. A mode may hardly move light and stiff parts. The
+    /// residual may therefore also have the size of the round-off of a motion of the stiffest parts.
     fn check_residual(&self, pencil: Pencil<'_>, shift: f64) -> Result<(), ShaftError> {
         let size = pencil.size();
         let unit: Vec<f64> = (0..size)

@@ -37,7 +37,7 @@ pub(super) fn coupling(
         let image = product(matrix.as_ref(), shape.as_ref());
         product(shape.transpose(), image.as_ref())
     };
-    // Makes the matrix exactly skew or exactly symmetric.
+    // The projection of a matrix, made exactly symmetric (sign 1) or exactly skew (sign −1).
     let parted = |matrix: &Mat<f64>, sign: f64| {
         let projected = project(matrix);
         let part = |i: usize, j: usize| 0.5 * (projected[(i, j)] + sign * projected[(j, i)]);

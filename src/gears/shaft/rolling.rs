@@ -41,7 +41,7 @@ const SLICES: usize = 30;
 /// c of a steel roller of 1 m \[N/m^{10/9}\]; the units of the standard cancel to 10⁶.
 const ROLLER_COEFFICIENT: f64 = 35_948e6;
 
-/// Largest ratio of axes for which a contact is an ellipse, as between balls and grooves.
+/// Largest ratio of the axes of a contact ellipse that the solution for ball and groove considers.
 const LONGEST_ELLIPSE: f64 = 1e4;
 
 /// A rolling bearing by its catalogue data.
@@ -253,8 +253,9 @@ impl RollingLaw {
         slices.sum()
     }
 
-    /// Adds a contact with this approach and its gradient. If the gradient rotates, `across` is the direction across
-    /// the gradient and the distance over which it rotates. Returns the force \[N\].
+    /// Adds a contact with this approach and its gradient. If motion across the force rotates the force,
+    /// `across` has the derivative of this motion by the displacement of the ring, and the radius of the
+    /// rotation \[m\]. Returns the force \[N\].
     fn press(
         &self,
         approach: f64,

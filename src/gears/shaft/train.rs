@@ -61,7 +61,7 @@ pub struct TrainDrive {
     pub stops: Vec<Stop>,
     /// Planets on pins of carriers, set by set.
     pub planetary: Vec<PlanetarySet>,
-    /// The housing under the bearings; `None` if all stand on the ground.
+    /// The housing under the bearings; `None` if all bearings are on the ground.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub housing: Option<JoinedHousing>,
     /// The shaft that the motor drives.
@@ -129,7 +129,8 @@ pub struct ShaftSection {
     pub element: Option<f64>,
 }
 
-/// A gear: a rigid annulus from the bore to the pitch circle, unless its body is given.
+/// A gear with a rigid body. If the manifest states no body, it is an annulus from the bore to the pitch
+/// circle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrainGear {
     /// Its name.
@@ -202,7 +203,7 @@ pub struct Hysteresis {
     pub limit: f64,
 }
 
-/// A spring of a coupling behind a gap.
+/// A spring of a coupling that acts once its gap is closed.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stage {
     /// Its force law; radians replace the metres of contacts.
@@ -216,7 +217,7 @@ pub struct Stage {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString)]
 #[strum(serialize_all = "snake_case")]
 pub enum StageSide {
-    /// Behind its gap to either side.
+    /// In both directions, in each of them once the gap is closed.
     #[default]
     Both,
     /// If the first shaft is ahead of the second.
@@ -278,7 +279,8 @@ impl TrainDrive {
             .chain(of_planets)
     }
 
-    /// The pair. Bores missing from the drawing are the diameters of its shafts, if the shafts have sections.
+    /// The pair with bores. A bore missing from the drawing is the diameter of the shaft there, if the shaft
+    /// has sections.
     pub fn on_shafts(&self, pair: &GearPair, gears: [GearPlace; 2]) -> GearPair {
         let mut pair = pair.clone();
         for (bore, place) in pair.form.bore.iter_mut().zip(gears) {
@@ -383,7 +385,8 @@ impl TrainDrive {
         group
     }
 
-    /// The groups that may rotate without deflecting a contact. Planets roll on held gears.
+    /// The groups that may rotate without deflecting a contact. The group of a carrier may rotate even if a
+    /// member of its set is held, because planets roll on held gears.
     fn free_of_contacts(&self, group: &[usize]) -> Vec<usize> {
         let mut free = self.free(group);
         for rolling in self.planetary.iter().map(|set| group[set.carrier]) {
@@ -408,7 +411,7 @@ impl TrainDrive {
 }
 
 impl TrainGear {
-    /// Pitch radius \[m\].
+    /// Reference radius `m_t z / 2` \[m\].
     pub fn pitch_radius(&self) -> f64 {
         0.5 * self.module * f64::from(self.teeth) / self.helix_angle.cos()
     }

@@ -1,12 +1,14 @@
 //! A whole gear as one elastic body: teeth on a ring.
 //!
-//! Every tooth is a [`Plate`] whose foot stands on a [`Ring`]. The ring relates the displacements U of all feet to
-//! their tractions q, `U = R q`. The teeth relate the tractions to the displacements, `q = g − S U`. Here g is the
-//! force that a load on the flank exerts on a clamped foot. Hence `U = (R⁻¹ + S)⁻¹ g = H g`. A tooth without load
-//! stiffens the ring like any other. The feet repeat round the gear, so H is a sum of waves.
+//! Every tooth is a [`Plate`] whose foot is part of a [`Ring`]. The ring relates the displacements U of all
+//! feet to their tractions q, `U = R q`. The teeth relate the tractions to the displacements, `q = g − S U`.
+//! Here g is the force that a load on the flank exerts on a clamped foot. Hence `U = (R⁻¹ + S)⁻¹ g = H g`. A
+//! tooth without load stiffens the ring like any other. The feet repeat round the gear, so H is a sum of
+//! waves.
 //!
-//! A force f displaces its reference point by `P f` if the foot is clamped. The displacement U of the foot adds the
-//! work of g at U. The compliance matrix of several teeth is symmetric, and that of all teeth is positive definite.
+//! If the foot is clamped, a force f displaces its reference point by `P f`. A displacement U of the foot
+//! adds `pᵀ U`. Here p are the forces on the clamped foot under a unit force at the reference point. The
+//! compliance matrix of several teeth is symmetric, and that of all teeth is positive definite.
 
 use super::plate::{Plate, Resolution};
 use super::ring::{Ring, quarter_turns, waves};
@@ -17,7 +19,7 @@ use faer::Mat;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::OnceLock;
 
-/// The resolution in use; see the tests of its convergence.
+/// The resolution in use. The unit tests check its convergence.
 const RESOLUTION: Resolution = Resolution {
     degree_across: 12,
     degree_along: 14,
@@ -62,8 +64,10 @@ pub(in crate::gear) struct GearBody {
     tooth: Vec<f64>,
     /// Legendre series of the compliance of the body below the tooth.
     foundation: Vec<f64>,
-    /// Displacements of the teeth 1, 2 … further on by a load, positive towards growing x of the loaded tooth.
-    /// Coefficients of the products of both Legendre polynomials, row by row over those of the roll angle ahead.
+    /// Displacements of the teeth 1, 2 … ahead under a load on this tooth, positive in the +x direction of
+    /// this tooth. Each entry has the coefficients of products of two Legendre polynomials, row by row. A row
+    /// belongs to a polynomial of the roll angle of the tooth ahead, a column to one of the roll angle of the
+    /// load.
     neighbours: Vec<Vec<f64>>,
 }
 
@@ -157,9 +161,9 @@ impl GearBody {
         legendre::evaluate(&self.foundation, self.place(roll))
     }
 
-    /// Displacement of the tooth `teeth_ahead` ≥ 1 further on, at the roll angle `roll_ahead`, by a load at the roll
-    /// angle `roll`. It is positive towards growing x of the loaded tooth. Exchanging load and displacement gives the
-    /// same value. `None` beyond the known neighbours.
+    /// Displacement of the tooth that is `teeth_ahead` ≥ 1 teeth ahead, at its roll angle `roll_ahead`, under
+    /// a unit load at the roll angle `roll`. It is positive in the +x direction of the loaded tooth.
+    /// Exchanging load and displacement gives the same value. `None` beyond the known neighbours.
     pub fn coupling(&self, roll: f64, teeth_ahead: usize, roll_ahead: f64) -> Option<f64> {
         let products = self.neighbours.get(teeth_ahead.checked_sub(1)?)?;
         let terms = self.tooth.len();
@@ -201,7 +205,8 @@ fn series(
     series
 }
 
-/// Displacements of a foot by tractions on itself and on the feet behind it, as rows.
+/// Compliance matrices of a foot, row by row: displacements under tractions on this foot, then under
+/// tractions on the foot that is 1, 2 … teeth behind it.
 ///
 /// * `waves`: compliance of the ring for each wave k = 0 … z/2 round the gear;
 /// * `stiffness`: stiffness of a tooth against displacements of its foot;

@@ -37,7 +37,7 @@ pub struct FaceCoupling {
     solved: OnceLock<Option<Solved>>,
 }
 
-/// All values are equal, because the coupling follows from the drawing, which [`Flanks`] compares.
+/// Any two values compare as equal: the coupling follows from the drawing, and [`Flanks`] compares drawings.
 impl PartialEq for FaceCoupling {
     fn eq(&self, _: &Self) -> bool {
         true
@@ -75,7 +75,7 @@ impl FaceCoupling {
         }
     }
 
-    /// Number of known waves besides the even one.
+    /// Number of waves besides the even one, n ≥ 1.
     pub fn waves(&self) -> usize {
         let height = |tooth: &Tooth| tooth.tip_radius - tooth.root_radius;
         let lowest = height(&self.teeth[0]).min(height(&self.teeth[1]));
@@ -164,7 +164,7 @@ impl FaceCoupling {
                 let first = NODES * (2 * ahead - 1);
                 PositionSeries::new(&rule, ranges[ahead], waves - 1, |node| {
                     let (near, far) = (first + node, first + NODES + node);
-                    // On the wheel the tooth of the pair behind is ahead.
+                    // On the wheel the order is reversed: the tooth of the pair behind is the tooth ahead.
                     let pinion = gears[0].coupling(ahead, [far, near]);
                     let wheel = gears[1].coupling(ahead, [near, far]);
                     Mat::from_fn(waves - 1, waves - 1, |i, j| {

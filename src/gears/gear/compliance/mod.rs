@@ -126,8 +126,8 @@ impl Flanks {
         let further = s + pairs_ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));
         let [pinion, wheel] = self.gear_bodies();
-        // Forces act against growing x. Teeth further along the path are ahead in the sense of rotation. On the wheel
-        // this is the direction of the force, on the pinion the opposite one.
+        // Forces act in the −x direction of their tooth. Teeth further along the path are ahead in the sense
+        // of rotation. On the wheel this is the direction of the force, on the pinion the opposite one.
         Some([
             pinion.as_ref().map_or(Some(f64::NAN), |body| {
                 body.coupling(near[0], pairs_ahead, far[0])

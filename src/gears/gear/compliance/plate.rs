@@ -38,10 +38,10 @@ const LEAST_TAPER: f64 = 0.25;
 /// A plate reduced to its foot and its loads. Modes of the foot are numbered radial first, by
 /// degree; the polynomials are orthonormal in the angle.
 pub(super) struct Plate {
-    /// Tractions with which the plate resists displacements of its foot.
+    /// Stiffness of the plate at its foot: tractions by rows, displacements of the foot by columns.
     pub stiffness: Mat<f64>,
-    /// Work of a unit force on the flank at displacements of the foot, by load: the
-    /// forces on the body below the foot.
+    /// Forces on the body below the clamped foot under a unit force on the flank, mode by mode, for each
+    /// load.
     pub forces: Vec<Vec<f64>>,
     /// Displacements along the force by unit displacements of the foot, at the point where the line of force crosses
     /// the centre line. They equal the forces on the foot of a unit force at this point.
@@ -123,7 +123,7 @@ impl Plate {
         let lower = linalg::cholesky(&stiffness)?;
         let columns = modes.len();
         let count = forces.len();
-        // L⁻¹ times Bᵀ, the loads, and the points whose displacement is computed.
+        // L⁻¹ times three groups of columns: Bᵀ, the loads, and the points whose displacement is computed.
         let mut solved = Mat::zeros(part.freedoms(), columns + 2 * count);
         for column in 0..columns {
             for row in 0..part.freedoms() {
@@ -266,7 +266,8 @@ pub(super) struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// Degrees across the tooth and along it, for every displacement along x, then along y.
+    /// Degrees across and along the tooth of every product in the displacements along x (component 0) or y
+    /// (1).
     pub fn products(&self, component: usize) -> impl Iterator<Item = (usize, usize)> {
         let parity = usize::from(self.symmetric) ^ component;
         let along = self.basis.along;

@@ -26,12 +26,13 @@ pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
     }
 }
 
-/// A wave k of 0 … z/2 of which a harmonic is an alias, the transforms of the foot's polynomials for this harmonic, and
-/// the direction of rotation of the harmonic.
+/// A wave k of 0 … z/2 to which a harmonic contributes, the transforms of the foot's polynomials for this
+/// harmonic, and the direction of the harmonic round the gear (±1).
 pub(super) type Alias = (usize, Vec<f64>, f64);
 
-/// Passes to `each` the harmonics up to `most` over the half angle \[rad\] of z feet, with the waves of which they are
-/// aliases. It stops at a harmonic without a solution. Every foot has `foot` polynomials.
+/// Calls `each` for every harmonic up to `most / half_angle`, with the waves to which the harmonic
+/// contributes. Stops if `each` returns `None`. Each of the z feet has the half angle `half_angle` \[rad\]
+/// and `foot` polynomials.
 pub(super) fn harmonics(
     teeth: u32,
     half_angle: f64,

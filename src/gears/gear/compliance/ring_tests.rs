@@ -8,8 +8,8 @@ fn alone(half_angle: f64, ratio: f64, most: f64) -> Mat<f64> {
     waves(1, half_angle, &ring, 8, most).swap_remove(0)
 }
 
-/// A foot that is short compared with the radius stands on a half plane. A moment by a linear stress turns the foot by
-/// 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
+/// A foot that is short compared with the radius behaves as on a half plane. A unit moment from a linear
+/// stress rotates the foot by 18/(π E S²) (Weber 1949; half the sum of j₁²(x)/x in closed form).
 #[test]
 fn a_short_foot_turns_as_on_a_half_plane() {
     let turn = |half_angle: f64| {

@@ -13,8 +13,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const FINEST: f64 = 1e-12;
 
 impl MeshTable {
-    /// Computes the table of a law, on the threads of the current rayon pool. The bits do not
-    /// depend on the threads.
+    /// Computes the table of a law, on the threads of the current rayon pool. Every bit of the result is
+    /// the same for any number of threads.
     ///
     /// * `progress(done, all)`: called after each stretch of the cycle between the cuts of the
     ///   flanks, from any thread.
@@ -52,7 +52,7 @@ impl MeshTable {
                 pieces
             })
             .collect();
-        // The first stretch that failed, in order of phase, not of time.
+        // Returns the error of the failed stretch with the lowest phase, whichever thread failed first.
         let cut: Vec<Vec<Piece>> = cut.into_iter().collect::<Result<_, _>>()?;
         let pieces = || cut.iter().flatten();
         let breaks = [0.0]

@@ -179,7 +179,8 @@ impl MeshTableCycle {
         largest(&self.tangent_error()) > NO_ERROR * largest(&self.transmission_error)
     }
 
-    /// Mean between two mesh phases; the nodes of a part integrate its polynomial exactly.
+    /// Mean between two mesh phases, from the first Legendre coefficient of the part of each piece between
+    /// them.
     fn mean_between(&self, values: &[[f64; NODES]], [from, to]: [f64; 2]) -> f64 {
         let transforms = transforms8();
         let mut sum = 0.0;

@@ -18,12 +18,14 @@ const LONGEST_WINDOW: f64 = 0.25;
 /// Required accuracy of joined pieces.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct JoiningAccuracy {
-    /// Largest error of stiffness (relative) and of tangent error (in deflections) times the length of a piece.
+    /// Largest error of stiffness (relative to it) and of tangent error (relative to the deflection F/k),
+    /// times the length of a piece \[cycles\].
     pub stiffness: f64,
-    /// Largest deviation from the means of a piece, times its length. Friction direction counts times `friction`, its
-    /// lever times `friction` and in base radii, the load centroid in face widths.
+    /// Largest deviation from the means of a piece, times its length \[cycles\]. The weight of the friction
+    /// direction is `friction`, that of its lever `friction / base_radius`, that of the load centroid
+    /// `1 / face_width`.
     pub turning: f64,
-    /// Pieces of at most this length \[cycles\] have means at any deviation.
+    /// Pieces up to this length \[cycles\] are accepted with any deviation from the means.
     pub shortest: f64,
     /// Coefficient of friction.
     pub friction: f64,
@@ -65,7 +67,7 @@ struct TablePolynomials<'a> {
 }
 
 impl MeshTableCycle {
-    /// The pieces that join as many neighbours as possible, from phase 0 on.
+    /// Joins as many neighbouring pieces as possible into one, from phase 0 on.
     pub fn joined_pieces(&self, accuracy: JoiningAccuracy) -> JoinedPieces {
         let polynomials = TablePolynomials::new(self, accuracy);
         let ends = polynomials.ends();

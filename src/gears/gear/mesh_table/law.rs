@@ -14,7 +14,8 @@ use std::collections::BTreeSet;
 pub(super) struct PhaseLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
-    /// The pairs of helical gears: for each torque if their contact depends on it, otherwise for all.
+    /// The pairs of helical gears as series, empty for spur gears: one entry per torque if the contact
+    /// depends on the torque, otherwise one entry.
     series: Vec<PairSeries>,
 }
 
@@ -263,7 +264,8 @@ impl<'a, L: FlankLaw> PhaseLaw<'a, L> {
                     sharing.distribute_from(force, start.unwrap_or(&nothing));
                 let stiffness = match inputs.stiffness {
                     StiffnessLaw::Tangent => load.stiffness,
-                    // The pair that touches first depends on the order of pairs, whose margins are known.
+                    // x(0) bends where another pair is the first to touch. The margins of the order of pairs
+                    // show it.
                     StiffnessLaw::Secant => {
                         force / (load.deflection - sharing.distribute(0.0).deflection)
                     }

@@ -1,15 +1,16 @@
 //! Cuts a stretch of the mesh cycle into pieces on which polynomials follow the law.
 //!
-//! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that depends on load and
-//! misalignment. A wedge of contact reaches the end of the face at another phase. At such phases stiffness steps or
-//! bends, and a margin of the load sharing changes its sign
-//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). The sign changes
-//! between two samples of a piece, or the margin's polynomial shows a change between samples. A piece is accepted if
-//! its polynomials are within the tolerance of the law at phases that are not nodes, with or without such a phase
-//! inside.
-//! Other pieces are cut: where the margin's sign changes, found to round-off, or in halves. A pair that takes up load
-//! always ends a piece. If slices of a face are coupled, their borders bend the law little: other cuts are then
-//! halvings. This module returns accepted pieces only.
+//! A relieved pair takes up load where the approach of the gears reaches its gap, at a phase that depends on
+//! load and misalignment. A wedge of contact reaches the end of the face at another phase. At such phases
+//! stiffness steps or bends, and a margin of the load sharing changes its sign
+//! ([`LoadSharing::distribute_with_margins`](crate::gear::LoadSharing::distribute_with_margins)). Two samples
+//! of the margin then have different signs, or its polynomial changes sign between two samples.
+//!
+//! A piece is accepted if its polynomials are within the tolerance of the law at phases that are not nodes,
+//! even if a margin changes its sign inside. Other pieces are cut where the sign changes, found to round-off,
+//! or in halves. A piece always ends where a pair takes up load. If slices of a face are coupled, their
+//! borders bend the law only a little, and all other pieces are halved. This module returns accepted pieces
+//! only.
 //!
 //! Pairs of helical gears come into contact gradually all along the face, with many small bends. Their pieces are
 //! only halved, until their error is that of the division of the face. They are not halved below a shortest length,
@@ -281,8 +282,9 @@ fn between([low, high]: [f64; 2], part: f64, (width, round): (f64, i32)) -> f64 
     nearer.clamp(middle - room, middle + room)
 }
 
-/// Positions in a piece where the polynomial of a margin has the opposite sign, although the margin has one sign at
-/// all nodes: one in each such part.
+/// Positions in a piece at which a margin may have changed its sign between the nodes. The margin has one
+/// sign at all nodes, but its polynomial has the opposite sign in parts between them. The result has one
+/// position per such part.
 fn hidden_sign_changes(columns: &[Column]) -> Vec<f64> {
     let mut places = Vec::new();
     for (case, cell) in columns[0].cells.iter().enumerate() {

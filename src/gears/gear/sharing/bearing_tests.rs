@@ -121,8 +121,9 @@ fn without_a_force_flanks_touch_at_an_end_of_the_face() {
     }
 }
 
-/// Teeth supported by the unloaded rest of the face are stiffer at its loaded end and draw load there. With load
-/// all along the face the approach is the same as with independent slices, and so is an even load.
+/// Teeth supported by the unloaded rest of the face are stiffer at its loaded end and draw load there. With
+/// load all along the face the approach is the same as with independent slices. An even load is shared in the
+/// same way.
 #[test]
 fn support_between_slices_draws_load_to_the_end() {
     for angle in [1e-4, 3e-3] {

@@ -1,4 +1,4 @@
-//! How does the contact law of flanks that stiffen as they flatten follow its load?
+//! How is the contact law of flanks that stiffen under load linearised at the load of each pair?
 
 use super::LoadSharing;
 use super::error::{MOST_PAIRS, SharingError};
@@ -25,7 +25,7 @@ const SETTLED: f64 = 1e-12;
 const ROUNDS: usize = 50;
 
 /// The contact of a pair below this part of the mean line load is linearised at
-/// that part: laws that stiffen have no compliance at zero.
+/// that part: laws that stiffen have no finite compliance at zero load.
 const LEAST_LOAD: f64 = 1e-2;
 
 impl LoadSharing {

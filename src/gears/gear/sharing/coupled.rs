@@ -15,8 +15,9 @@
 //! Φ(x, y) = ½ y·y + Σ_j ∫ max(0, x − g_j − d_j)²/(2 h_j) dt − x F/b,
 //! ```
 //!
-//! a convex function with a continuous derivative. Newton's method finds the minimum; each step assumes the parts of
-//! the face in contact (Conry & Seireg 1973 pose the same problem as a program for the simplex method).
+//! a convex function with a continuous derivative. Newton's method finds the minimum. In each step the parts
+//! of the face in contact are fixed (Conry & Seireg 1973 pose the same problem as a program for the simplex
+//! method).
 
 use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face};
@@ -89,8 +90,8 @@ struct Iterate {
     approach: f64,
 }
 
-/// The contact at a point, and its local model of Φ: with `B̃ = ∫ φ φᵀ/h dt`, `ã = ∫ φ/h dt`
-/// and `γ̃ = ∫ g φ/h dt` over the contact, `q̂ = x ã − γ̃ − B̃ d`.
+/// The parts of the face in contact at an iterate, and the load while these parts are fixed: with
+/// `B̃ = ∫ φ φᵀ/h dt`, `ã = ∫ φ/h dt` and `γ̃ = ∫ g φ/h dt` over these parts, `q̂ = x ã − γ̃ − B̃ d`.
 struct Patch {
     touching: Vec<Vec<Interval>>,
     products: Mat<f64>,

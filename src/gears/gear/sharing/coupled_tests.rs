@@ -65,7 +65,8 @@ fn a_wedge_on_a_strip_has_hyperbolic_sines() {
     }
 }
 
-/// Teeth that yield as a whole but do not twist: the contact alone closes the wedge, `½ ε ℓ²/h = F`.
+/// Teeth that are compliant to an even load but do not twist: the contact alone closes the wedge,
+/// `½ ε ℓ²/h = F`.
 #[test]
 fn stiff_teeth_leave_a_wedge_to_the_contact() {
     let (angle, force) = (1e-3, 2e3);

@@ -1,10 +1,11 @@
 //! A helical face: the position of a pair on the line of action varies along the face.
 //!
-//! At z from mid-face the pairs stand `z tan β_b` further than at mid-face. Each thin slice is a spur pair that is
-//! ahead in phase, and the force is the integral over the slices. Their load is smooth in z except where a pair comes
-//! within reach or leaves it, passes an end of the path, the pitch point or a kink of its law. The face is cut at
-//! these positions, which move uniformly with the mesh phase. Each stretch between them has the same number of spans.
-//! The error falls with the square of their width, and so does not jump while the cuts move across the face.
+//! At z from mid-face the pairs are `z tan β_b` further along than at mid-face. Each thin slice is a spur
+//! pair that is ahead in phase, and the force is the integral over the slices. Their load is smooth in z
+//! except where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a kink
+//! of its law. The face is cut at these positions, which move uniformly with the mesh phase. Each stretch
+//! between them has the same number of spans. The error falls with the square of their width, and so does not
+//! jump while the cuts move across the face.
 
 use super::pairs::{self, Face, FaceSlice, PairPoint};
 use super::ramp::{self, ContactRamp, Station};
@@ -54,7 +55,7 @@ impl HelicalFace {
         Self::of_points(law, &point, phase, face)
     }
 
-    /// As [`Self::new`], with a function for the pair at a position with a number of pairs ahead.
+    /// As [`Self::new`]; `point` computes the pair at a position, given the number of pairs ahead of it.
     pub(in crate::gear) fn of_points(
         law: &impl FlankLaw,
         point: &impl Fn(f64, usize) -> PairPoint,
@@ -251,7 +252,7 @@ impl LoadSharing {
 fn cuts(law: &impl FlankLaw, phase: f64, face: Face) -> (Vec<f64>, usize) {
     let (path, helix, [first, last]) = (law.path(), law.helix(), law.reach());
     let half = 0.5 * face.width;
-    // Lead of the pairs at the ends of the face over those at mid-face, in cycles.
+    // Phase difference between the pairs at an end of the face and those at mid-face, in cycles.
     let ahead = helix.abs() * half / path.base_pitch;
     let mut marks: Vec<f64> = (law.kinks().into_iter())
         .chain([path.start, path.end, path.pitch_point])

@@ -14,7 +14,7 @@ const QUANTITIES: usize = 3 + MOST_PAIRS;
 /// Terms up to this, relative to the largest value of their quantity, are rounding errors.
 const ROUNDING: f64 = 5e-15;
 
-/// A series converges if so many of its last terms are rounding errors.
+/// A series counts as converged if at least this number of its last terms are rounding errors.
 const LAST_TERMS: usize = 4;
 
 /// Largest number of times that a part of the reach is halved.
@@ -72,7 +72,7 @@ impl PairSeries {
         series
     }
 
-    /// Adds series up to the end of a part.
+    /// Adds the series of a part, halved until they converge. A part whose series do not converge has none.
     fn add(&mut self, law: &impl FlankLaw, ends: [f64; 2], halves: u32) {
         let [from, to] = ends;
         let middle = 0.5 * (from + to);
@@ -127,7 +127,8 @@ impl PairSeries {
     }
 }
 
-/// The quantities by a law. Couplings do not end with the reach: a pair may be beyond its end by rounding.
+/// The quantities of a pair by its law. All couplings are computed, because rounding may put the pair ahead
+/// beyond the end of the reach.
 fn exact(law: &impl FlankLaw, position: f64) -> [f64; QUANTITIES] {
     let point = PairPoint::new(law, position, MOST_PAIRS - 1);
     let [one, two] = point.coupling;

@@ -17,7 +17,7 @@ pub struct Face {
 }
 
 impl Face {
-    /// Distance of the border below slice `index` from mid-face \[m\].
+    /// Position of the lower border of slice `index`, from mid-face \[m\].
     pub(super) fn border(&self, index: usize) -> f64 {
         (index as f64 / self.slices as f64 - 0.5) * self.width
     }

@@ -136,14 +136,14 @@ pub(super) struct Station {
     place: f64,
     /// Approach at which each pair comes into contact \[m\].
     knots: [f64; MOST_PAIRS],
-    /// `[pair][other]`: what the contact of a pair adds to the stiffness of each, per width \[N/m²\].
+    /// `[pair][other]`: change of the stiffness of `other` per width by the contact of `pair` \[N/m²\].
     gains: [[f64; MOST_PAIRS]; MOST_PAIRS],
 }
 
 impl Station {
-    /// The station at a place of the face. Pairs that come into contact together do so in the order of their gaps at
-    /// `inside`, another position of the same stretch: at a cut that is the end of a relief rounding decides which
-    /// gap is smaller, but next to it the relieved pair follows.
+    /// The station at a place of the face. `inside` has the pairs at another position of the same stretch.
+    /// Their gaps there order pairs that come into contact together here. Where a relief ends, rounding alone
+    /// would decide which of two equal gaps is smaller, but next to it the relieved pair has the larger gap.
     pub fn new(
         points: &[PairPoint],
         place: f64,

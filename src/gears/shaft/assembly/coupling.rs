@@ -5,7 +5,7 @@
 //! M u'' + (C + Ω G) u' + (K + K_c) u = f
 //! ```
 //!
-//! with Ω the speed of the pinion (Friswell, Penny, Garvey & Lees, *Dynamics of Rotating
+//! with Ω the speed of the driver (Friswell, Penny, Garvey & Lees, *Dynamics of Rotating
 //! Machines*, 2010, chapters 5 and 7).
 
 use super::super::beam::BeamElement;
@@ -34,7 +34,7 @@ pub(super) struct Entries {
 pub struct CouplingMatrices {
     /// Damping matrix C \[N s/m, N m s/rad\].
     pub damping: Mat<f64>,
-    /// Gyroscopic matrix G \[kg m², …\], skew; `Ω G` with the speed Ω of the pinion.
+    /// Gyroscopic matrix G \[kg m², …\], skew; `Ω G` with the speed Ω of the driver.
     pub gyroscopic: Mat<f64>,
     /// Stiffness K_c of cross-coupled springs \[N/m\].
     pub cross_stiffness: Mat<f64>,
@@ -91,8 +91,8 @@ impl Entries {
     }
 }
 
-/// The source of a freedom in `S u`, with `S (x, y) = (−y, x)` for both displacements and rotations, and its sign: the
-/// column of a matrix M moves there in M S. `None` if a rotation about the axis does not change the freedom.
+/// The column of M S, and its sign, to which a column of a matrix M contributes. `S (x, y) = (−y, x)` for
+/// displacements and for rotations. `None` for freedoms along or about the axis, which S does not contain.
 fn turned(column: usize) -> Option<(usize, f64)> {
     match column % NODE_FREEDOMS {
         0 | 3 => Some((column + 1, -1.0)),
@@ -159,7 +159,7 @@ impl Assembly {
     }
 
     /// Beams and discs added after this call rotate about their axis, right-handed, at
-    /// `ratio` times the speed Ω of the pinion and have gyroscopic moments. With 0, the
+    /// `ratio` times the speed Ω of the driver and have gyroscopic moments. With 0, the
     /// initial value, they have none.
     pub fn turn(&mut self, ratio: f64) {
         self.coupling.turning = ratio;

@@ -15,8 +15,8 @@ use faer::Mat;
 /// Smallest number of columns of a block: two planes of two equal shafts, with some margin.
 const BLOCK: usize = 6;
 
-/// Number of modes to compute beyond the requested ones. The count of modes takes place between two
-/// of these.
+/// Number of modes to compute beyond the requested ones. The number of modes is checked at a value between
+/// two of these.
 const EXTRA_MODES: usize = 4;
 
 /// Largest residual of a mode of A in the norm of M, relative to its θ. One step of inverse iteration
@@ -241,7 +241,7 @@ fn side_by_side(left: &Mat<f64>, right: &Mat<f64>) -> Mat<f64> {
 mod tests {
     use super::*;
 
-    /// The count takes place in the widest gap of neighbours, not between two equal modes.
+    /// The check takes place in the widest gap between neighbouring modes, not between two equal modes.
     #[test]
     fn a_missing_mode_is_noticed_and_an_equal_pair_is_not_parted() {
         let own = [1.0, 2.0, 2.0, 5.0, 9.0];

@@ -14,7 +14,8 @@ const SHIFT: f64 = 1e-3;
 /// Change of a shape at convergence, relative to its largest entry or to that of the whole deflection.
 const CONVERGED: f64 = 1e-14;
 
-/// Largest number of steps: without elastic modes to set the shift the factor may be 0.9.
+/// Largest number of steps. If no elastic mode is computed, the shift is a guess, and a step may leave 0.9 of
+/// the error.
 const MOST_STEPS: usize = 400;
 
 impl Modes {
@@ -22,8 +23,8 @@ impl Modes {
     /// load outside these modes, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. The value of
     /// a sum of freedoms in the shape is the residual flexibility between this sum and the load.
     ///
-    /// From `(K + σ M) u ← f + σ M u` without the parts of f and u along these modes. If these modes contain the
-    /// whole deflection, the result is round-off, some 1e-16 of the whole.
+    /// Iterates `(K + σ M) u ← f + σ M u` and removes the parts of f and u along these modes. If these modes
+    /// contain the whole deflection, the result is round-off, some 1e-16 of the whole.
     ///
     /// # Errors
     /// [`ShaftError::StiffnessIndefinite`], [`ShaftError::NoStaticShape`].

@@ -165,7 +165,7 @@ fn the_lowest_frequency_survives_a_fine_mesh() {
 }
 
 /// Cubic interpolation gives order four without shear. The shear strain is constant in an
-/// element, so a shear-flexible shaft ends at order two, with a small constant.
+/// element, so a shear-flexible shaft converges with order two, with a small constant.
 #[test]
 fn bending_frequencies_converge_from_above_with_their_order() {
     let diameter = 0.1;

@@ -14,7 +14,8 @@ use nalgebra::{DMatrix, DVector};
 /// Part of K₀ added to the tangent in every step: if a shaft is free within a clearance, the tangent is singular.
 const FLOOR: f64 = 1e-9;
 
-/// Work of a Newton step, relative to that of all forces, after which one more full step leaves round-off.
+/// A Newton step whose work is below this part of that of all springs is taken in full and is the last: it
+/// leaves round-off.
 const SMALL_WORK: f64 = 1e-20;
 
 /// A deflection of a mesh below this part of the largest is round-off.
@@ -22,11 +23,11 @@ const PULLING: f64 = 1e-9;
 
 const MOST_STEPS: usize = 200;
 
-/// Largest number of bisections in the line search: steps near a free motion are too long by the reciprocal of
-/// [`FLOOR`].
+/// Largest number of bisections in the line search: a step near a free motion may be too long by the
+/// reciprocal of [`FLOOR`].
 const MOST_HALVINGS: usize = 60;
 
-/// A one-sided support, and the sums of the free freedoms that move it.
+/// A one-sided support. Each of its rows is a motion of the support as a sum of the free freedoms.
 pub(super) struct OneSidedSupport {
     pub rows: Vec<Vec<f64>>,
     pub law: SupportLaw,
@@ -143,7 +144,8 @@ impl EquilibriumProblem<'_> {
             if -start <= SMALL_WORK * work {
                 return Ok(force + step);
             }
-            // The first step length with a slope that is nearly zero or still downhill.
+            // Bisects until the slope has at most half the modulus of the first one. A full step may stay
+            // steeper downhill.
             let mut bracket = [0.0, 1.0];
             let mut length = 1.0;
             let mut now = slope(length);

@@ -6,9 +6,9 @@
 //! K u + Σ Bᵀ F(B u) = f
 //! ```
 //!
-//! B u is the motion of an inner ring relative to its outer ring, or of a shaft towards a stop, and F is its force.
-//! Springs K₀ in place of F make the linear part definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` the number of unknowns p is
-//! that of the rows of all B ([`super::balance`]).
+//! B u is the motion of an inner ring relative to its outer ring, or of a shaft towards a stop, and F is its
+//! force. Springs K₀ replace F, so that the linear part is definite. With `C = B (K + Bᵀ K₀ B)⁻¹ Bᵀ` the
+//! unknowns are one force p per row of all B ([`super::balance`]).
 
 use super::balance::{EquilibriumProblem, OneSidedSupport, SupportLaw};
 use super::contacts::Terms;
@@ -152,7 +152,7 @@ impl TrainDrive {
         Ok(rolling_bearings)
     }
 
-    /// Rolling bearings and stops.
+    /// The one-sided supports: rolling bearings and stops.
     fn yielding(
         &self,
         matrices: &AssembledMatrices,

@@ -1,11 +1,11 @@
 //! How do the freedoms of a train deflect its contacts?
 //!
 //! A flank with the normal n at the pitch point P, between both gears, has the deflection
-//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, with the middles O of the gears. n is a unit vector in the
-//! transverse section. Flanks of helical gears add `∓tan β_b` along the axis of the first gear, minus if that is
-//! right-handed and rotates forwards. Off the middle of the face P moves along the pitch line, off the pitch point
-//! along n. Friction acts on the first gear along `cos α m − sin α t`, on coast flanks along `−cos α m − sin α t`, and
-//! in the opposite direction on the second.
+//! `δ = n·(u₁ + θ₁ × (P − O₁)) − n·(u₂ + θ₂ × (P − O₂))`, with the middles O of the gears. n is a unit vector
+//! in the transverse section. Flanks of helical gears add `∓tan β_b` along the axis of the first gear, minus
+//! if that is right-handed and rotates forwards. For a load off mid-face P moves along the pitch line, for a
+//! pair off the pitch point along n. Friction acts on the first gear along `cos α m − sin α t`, on coast
+//! flanks along `−cos α m − sin α t`, and in the opposite direction on the second.
 
 use super::axes::{Axis, PitchPoint};
 use super::nodes::Assembled;

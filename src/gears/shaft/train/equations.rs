@@ -14,7 +14,8 @@ pub(super) struct RatioTooLarge(pub usize);
 pub(super) struct Equations {
     unknowns: usize,
     reference: usize,
-    /// Each with the unknown that it determines: its coefficient is 1 there, and 0 in all other equations.
+    /// Each equation with the unknown that it determines. This unknown has the coefficient 1 there and 0 in
+    /// all other equations.
     rows: Vec<(usize, Vec<Ratio>)>,
 }
 

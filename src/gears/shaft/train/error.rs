@@ -419,7 +419,7 @@ pub enum TrainError {
         /// Number of its bearing, from 1.
         bearing: usize,
     },
-    /// A housing that no bearing stands on.
+    /// A housing that supports no bearing.
     #[error(
         "no bearing stands on the housing, whose nodes are {nodes}; give bearings the name of a node, such as \
          housing = {first}"

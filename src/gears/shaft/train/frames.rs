@@ -10,7 +10,7 @@ use super::axes::Axis;
 use super::{PlanetarySet, Stop, TrainDrive, TrainError};
 use crate::shaft::drive::Motion;
 
-/// Two axes closer than this, in units of the distance of the pins, coincide.
+/// Axes closer than this part of the distance between the pins and the carrier's axis coincide.
 const CENTRAL: f64 = 1e-9;
 
 /// A connection of two shafts across their axis.
@@ -20,7 +20,8 @@ struct CrossConnection {
 }
 
 impl TrainDrive {
-    /// All connections across the axis. A shaft without motions is the same in every frame.
+    /// All connections across the axis. A coupling to a shaft without free motions is none: such a shaft is
+    /// the same in every frame.
     fn across(&self) -> Vec<CrossConnection> {
         let pins = self.planetary.iter().flat_map(PlanetarySet::pins);
         let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))
@@ -87,7 +88,8 @@ impl TrainDrive {
         })
     }
 
-    /// Checks that the members of a set are on the axis of the carrier, and its planets beside it.
+    /// Checks that the axes of all members of a set have the direction of the carrier's axis. Except for
+    /// planets, they must also coincide with it.
     pub(super) fn members_are_central(
         &self,
         set: &PlanetarySet,

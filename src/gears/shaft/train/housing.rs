@@ -123,7 +123,7 @@ impl HousingError {
 }
 
 impl HousingNode {
-    /// Words for the freedoms of a node: displacements along the global axes, then rotations about them.
+    /// Names of the freedoms of a node: displacements along the global axes, then rotations about them.
     pub const FREEDOMS: [&str; NODE_FREEDOMS] = ["x", "y", "z", "rx", "ry", "rz"];
 }
 
@@ -248,7 +248,8 @@ fn least_eigenvalue(matrix: &Mat<f64>) -> (f64, usize) {
 }
 
 impl JoinedHousing {
-    /// The node of the assembly under a bearing: those of the housing are the first.
+    /// The node of the assembly under a bearing. The nodes of the housing are the first of the assembly, so
+    /// their indices are equal.
     pub(super) fn node_under(&self, bearing: [usize; 2]) -> Option<usize> {
         let joint = self.joints.iter().find(|joint| joint.bearing == bearing)?;
         Some(joint.node)

@@ -69,7 +69,8 @@ impl TrainDrive {
         let mut reached = vec![false; bodies];
         reached[self.driver] = true;
         let mut left: Vec<&SpeedRelation> = joints.iter().collect();
-        // From the driver outwards: each speed follows from earlier ones at once, by the shortest ratio.
+        // Joints are taken from the driver outwards, so that each speed follows directly from known ones by a
+        // short ratio.
         while let Some(next) = (left.iter()).position(|joint| {
             joint
                 .bodies

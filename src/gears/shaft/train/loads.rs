@@ -1,4 +1,5 @@
-//! Which constant forces besides the load act on the modes of a train? Drag, pins out of place, centrifugal forces.
+//! Which constant forces besides the load act on the modes of a train? Drag, forces of displaced pins, and
+//! centrifugal forces.
 
 use super::TrainDrive;
 use super::nodes::Assembled;
@@ -16,7 +17,7 @@ impl TrainDrive {
     ///
     /// * `structure`: that of this train.
     /// * `load`: fraction of the rated torque.
-    /// * `speed`: of the first gear \[rad/s\].
+    /// * `speed`: of the driver \[rad/s\].
     pub fn mean_forces(&self, structure: &ModalStructure, load: f64, speed: f64) -> Vec<f64> {
         let meshes = self.meshes.len();
         let flanks = structure.contacts[..2 * meshes].iter().step_by(2);
@@ -46,7 +47,7 @@ impl TrainDrive {
         forces.iter().take(1 + meshes).copied().collect()
     }
 
-    /// Modal centrifugal forces on the planets, per square of the pinion's speed; empty for none.
+    /// Modal centrifugal forces on the planets, per square of the driver's speed; empty for none.
     pub(super) fn centrifugal_load(
         &self,
         solved: &Solved,
@@ -62,8 +63,8 @@ impl TrainDrive {
         load
     }
 
-    /// Modal forces of the mean drag, constant and per speed of the first gear, and of pins out of place. The motor
-    /// keeps the speed: its torque supplies the power of all brakes.
+    /// Modal forces of the mean drag, constant and per speed of the driver, and of displaced pins. The
+    /// motor keeps the speed: its torque supplies the power of all brakes.
     pub(super) fn mean_drag(
         &self,
         solved: &Solved,
@@ -89,8 +90,9 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of all brakes and of the motor against them: a constant part and a part per speed of the first gear.
-    /// `participations` converts a sum of freedoms to the coordinates of `driving`, a unit torque of the motor.
+    /// Forces of all brakes and of the motor against them: a constant part and a part per speed of the
+    /// driver. `participations` converts a sum of freedoms to the coordinates of `driving`, a unit torque of
+    /// the motor.
     pub(super) fn brakes(
         &self,
         layout: &Layout,
@@ -127,8 +129,8 @@ impl TrainDrive {
         loads
     }
 
-    /// Forces of the driven machines and of the motor against them, per newton of rated force; `participations` as in
-    /// [`Self::brakes`].
+    /// Forces of the driven machines and of the motor that drives them, per newton of rated force;
+    /// `participations` as in [`Self::brakes`].
     pub(super) fn power(
         &self,
         layout: &Layout,

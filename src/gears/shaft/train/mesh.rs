@@ -118,7 +118,7 @@ impl TrainDrive {
 
     /// Inverts the helix of drawn meshes whose first gear rotates backwards. Seen from the other end of its shaft, the
     /// gear rotates forwards. From there the hand of the helix is the same, but positions across the face change their
-    /// sign. So do the lines of contact.
+    /// sign. So does the slope of the lines of contact.
     ///
     /// # Errors
     /// [`TrainError`].

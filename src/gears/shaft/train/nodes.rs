@@ -33,7 +33,7 @@ struct ShaftNodes {
     independent: std::ops::Range<usize>,
 }
 
-/// Parts on a shaft, for messages.
+/// Names of the kinds of parts on a shaft, for messages.
 const STANDING: [&str; 5] = [
     "a gear",
     "a disc",
@@ -63,7 +63,8 @@ impl TrainDrive {
             };
             nodes.fix(&mut assembly, shaft)?;
             for (at, disc) in &shaft.discs {
-                // An inertia about the axis alone is behind a coupling that lets the shaft tilt.
+                // A body with only polar inertia is a machine behind a coupling, which lets the shaft tilt
+                // alone.
                 if disc.mass == 0.0 && disc.transverse_inertia == 0.0 {
                     assembly.add_polar_inertia(nodes.at(*at), disc.polar_inertia)?
                 } else {

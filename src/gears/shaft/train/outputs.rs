@@ -76,7 +76,7 @@ impl BearingTerms {
         solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
     }
 
-    /// The gains in a solution of `modes` modes and the static shapes behind them, one entry per bearing.
+    /// The gains in a solution of `modes` modes and the static shapes after them, one entry per bearing.
     /// `to_structure_modes` converts a participation in the solution to the modes of the structure. The first `rigid`
     /// modes are rotations and do not load a bearing. A static shape loads only its bearing.
     pub fn gains(

@@ -164,7 +164,8 @@ impl TrainDrive {
         Ok(())
     }
 
-    /// Checks that every planet meets spaces on the external and on the internal central gear at the same time.
+    /// Checks that every planet fits between the teeth of the external and of the internal central gear at
+    /// the same time.
     fn planets_assemble(&self, number: usize, axes: &[Axis]) -> Result<(), TrainError> {
         let set = &self.planetary[number];
         let Some([external, internal]) = self.central_teeth(number, self.pairs()) else {
@@ -296,7 +297,8 @@ impl TrainDrive {
         [-ahead * y, ahead * x]
     }
 
-    /// Bearing forces of planets whose pins are out of place, on planets and carrier.
+    /// Forces of planet bearings whose pins are displaced from their nominal positions, on planets and
+    /// carrier.
     pub(super) fn pin_forces(&self, layout: &Layout, assembled: &Assembled) -> Terms {
         let mut forces = Terms::new();
         for (number, (_, support)) in assembled.supports.iter().enumerate() {

@@ -125,7 +125,8 @@ impl TrainDrive {
         Ok(damping)
     }
 
-    /// Names the shaft, or loose gear relative to its shaft, that moves in unexpected rigid motions.
+    /// Replaces an error about the number of rigid modes by one that names the shaft, or the loose gear on
+    /// its shaft, that moves in them.
     pub(super) fn name_unsupported(
         &self,
         error: ShaftError,

@@ -1,6 +1,6 @@
 //! A whole gear as an elastic solid whose load varies along the face: teeth on a ring, both with free ends.
 //!
-//! As in the plane (`body.rs`), every tooth stands with its foot on a ring. The displacements of all feet
+//! As in the plane (`body.rs`), the foot of every tooth is part of a ring. The displacements of all feet
 //! follow from the forces of loads on clamped feet. All quantities are expanded in waves along the face.
 //! Lengths are in root radii and stresses in Young's moduli, so compliances come out times E per unit width.
 
@@ -21,8 +21,9 @@ const NEIGHBOURS: usize = 2;
 /// Largest number of waves along the face.
 const MOST_WAVES: usize = 24;
 
-/// Number of waves that resolve the compliance of teeth on a face whose width is `heights` tooth heights. Half the
-/// shortest wavelength is about 0.45 heights. Teeth yield to this wave a twentieth as much as to an even load.
+/// Number of waves that resolve the compliance of teeth on a face whose width is `heights` tooth heights.
+/// Half the shortest wavelength is about 0.45 heights. The compliance of teeth to this wave is a twentieth of
+/// that to an even load.
 pub(super) fn waves(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
@@ -43,8 +44,9 @@ struct Parity {
 }
 
 impl SolidGear {
-    /// A gear with a tooth and a ratio of root to bore radius, loaded at roll angles of its flank. Loads are expanded
-    /// in `waves` waves along a face of a width \[m\]. `None` if the numbers are not finite.
+    /// A gear of `teeth` equal teeth with the `ratio` of root to bore radius, loaded at the roll angles
+    /// `rolls` of a flank. Loads are expanded in `waves` waves along a face of `width` \[m\]. `None` if the
+    /// numbers are not finite.
     pub fn new(
         tooth: &Tooth,
         teeth: u32,
@@ -91,8 +93,9 @@ impl SolidGear {
         })
     }
 
-    /// Waves of displacement, by rows, of the tooth `ahead` ≥ 1 further on, by waves of load on this one. Displacements
-    /// are positive towards growing x of the loaded tooth. Roll angles are given by their indices.
+    /// Waves of displacement (rows) of the tooth that is `ahead` ≥ 1 teeth ahead, under waves of load
+    /// (columns) on this tooth. Displacements are positive in the +x direction of the loaded tooth. `far` and
+    /// `near` are the indices of the roll angles of the tooth ahead and of this one.
     pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
         let waves = self.same_tooth[near].nrows();
         let mut out = Mat::zeros(waves, waves);

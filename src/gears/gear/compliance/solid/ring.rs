@@ -188,8 +188,9 @@ impl<'a> SolidRing<'a> {
         out
     }
 
-    /// As [`Self::harmonic`], for a harmonic that does not reach the bore, on a disc of any thickness. A wave of
-    /// number `q = √(n² + k²)` yields in plane strain along its vector (n, k), and by `1/(G q)` in shear across it.
+    /// As [`Self::harmonic`], for a harmonic that does not reach the bore, on a disc of any thickness. A wave
+    /// with the wave vector (n, k) and `q = √(n² + k²)` deforms in plane strain along its vector. Across the
+    /// vector its shear compliance is `1/(G q)`.
     fn half_space(&self, order: u64) -> Mat<f64> {
         let (waves, axial_waves) = (self.axial.numbers.len(), self.axial.axial_numbers.len());
         let mut out = Mat::zeros(2 * waves + axial_waves, 2 * waves + axial_waves);

@@ -42,8 +42,8 @@ fn an_even_load_meets_the_plane_gear() {
     }
 }
 
-/// The shorter a wave, the less a tooth yields to it, and the less the next tooth moves. A wave never causes a
-/// displacement of the opposite sign.
+/// The shorter a wave, the smaller is the compliance of the tooth to it. The coupling to the next tooth falls
+/// even faster. A wave never causes a displacement of the loaded tooth with the opposite sign.
 #[test]
 fn short_waves_are_borne_by_stiffer_teeth() {
     let gear = tooth(20);

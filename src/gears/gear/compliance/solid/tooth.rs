@@ -1,8 +1,9 @@
 //! A tooth above its root circle as an elastic solid with free ends, by Ritz's method.
 //!
-//! In the section the displacements are those of the plane tooth ([`super::super::plate`]) at a lower degree, and so
-//! are displacements along the axis. Along the face they are polynomials ([`FaceIntegrals`]). Energy and foot are the
-//! three-dimensional form of those of the plane problem. Lengths are in root radii, stresses in Young's moduli.
+//! Each displacement is a product of two factors. In the section the factor is a polynomial of the plane
+//! tooth ([`super::super::plate`]) of lower degree, also for displacements along the axis. Along the face the
+//! factor is a polynomial of [`FaceIntegrals`]. Energy and foot extend those of the plane problem to three
+//! dimensions. Lengths are in root radii, stresses in Young's moduli.
 
 use super::axial::{FaceIntegrals, add_product, mirror};
 use crate::gear::Tooth;
@@ -11,7 +12,7 @@ use crate::numerics::linalg;
 use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
 
-/// Traction polynomials on the foot in each of three directions.
+/// Number of traction polynomials on the foot in each of the three directions.
 pub(super) const FOOT: usize = 4;
 
 /// The resolution of the section; see the tests of its convergence.
@@ -32,18 +33,20 @@ const INTERIOR: Resolution = Resolution {
 /// A tooth reduced to its foot and its loads. Modes of the foot are numbered by direction (radial, tangential,
 /// axial), polynomial and wave along the face; loads by their waves.
 pub(super) struct SolidTooth {
-    /// Tractions with which the tooth resists displacements of its foot.
+    /// Stiffness of the tooth at its foot: tractions by rows, displacements of the foot by columns.
     pub stiffness: Mat<f64>,
-    /// Forces of unit waves of load on the flank on a clamped foot, by load case: modes by rows.
+    /// Forces on the clamped foot under unit waves of load on the flank. One matrix per load case: modes by
+    /// rows, waves by columns.
     pub forces: Vec<Mat<f64>>,
-    /// Forces on a clamped foot of unit waves of force where the lines of force cross the centre line.
+    /// Forces on the clamped foot under unit waves of force that act where the lines of force cross the
+    /// centre line.
     pub places: Vec<Mat<f64>>,
-    /// Waves of displacement where the lines of force cross the centre line, by rows. Waves of load on the flank, by
-    /// columns. The foot is clamped.
+    /// Displacements on a clamped foot where the lines of force cross the centre line: waves of displacement
+    /// by rows, waves of load on the flank by columns.
     pub clamped: Vec<Mat<f64>>,
 }
 
-/// A polynomial of the foot in a direction.
+/// A polynomial on the foot in one direction: 0 radial, 1 tangential, 2 axial.
 #[derive(Clone, Copy)]
 struct FootMode {
     direction: usize,
@@ -215,7 +218,7 @@ fn foot(part: &Part, tooth: &Tooth, axial: &FaceIntegrals) -> (Mat<f64>, Vec<usi
         .collect();
     let freedoms =
         in_plane_displacements * axial.loads.nrows() + others * axial.axial_loads.nrows();
-    // Modes by columns, so that both sections and waves are in order.
+    // Built with modes by columns, so that `add_product` takes sections and waves untransposed.
     let mut foot = Mat::zeros(freedoms, rows.len());
     let mut column = 0;
     for (mode, section) in modes.iter().zip(&sections) {
@@ -238,7 +241,8 @@ fn stiffness(
     axial: &FaceIntegrals,
 ) -> Mat<f64> {
     let [shear, lame] = moduli(poisson_ratio);
-    // Products of the displacements along x, and of those along y and z: values and derivatives by x and y.
+    // Polynomials of the displacements along x, and of those along y and z, at the points: values and
+    // derivatives by x and y.
     let samples = [0, 1].map(|component| {
         let count = part.products(component).count();
         let mut samples = [0; 3].map(|_| Mat::<f64>::zeros(count, points.len()));

@@ -148,8 +148,8 @@ fn bearing_forces_balance_the_accelerations() {
     }
 }
 
-/// Gyroscopic moments do no work, in every bit, and do not affect the rigid rotations or
-/// torsion. They do not couple different shafts.
+/// The gyroscopic matrix is skew in every bit, so its moments do no work. They do not affect the rigid
+/// rotations or torsion, and they do not couple different shafts.
 #[test]
 fn the_gyroscopic_matrix_is_skew_and_sparse() {
     let gyroscopic = structure(&damped()).coupling.unwrap().gyroscopic;
