@@ -7,8 +7,9 @@
 //! manifest → gear + shaft → model → propagate → analysis → store → report
 //! ```
 //!
-//! `sweep` drives the middle, `cli` drives everything. A module imports only from layers above its own line;
-//! `tests/house/architecture.rs` enforces this.
+//! `sweep` calls the modules from `gear` to `store` for every point, and `cli` calls all modules. Modules
+//! form layers, and a module imports only from lower layers; `tests/house/architecture.rs` lists and checks
+//! the layers.
 
 pub mod cli;
 pub mod export;

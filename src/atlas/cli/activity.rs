@@ -5,7 +5,7 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
-/// Work done, by NUMA node.
+/// Finished points and busy time of a run, by NUMA node.
 #[derive(Debug, Default)]
 pub struct Activity {
     nodes: BTreeMap<Option<u32>, Node>,
@@ -18,7 +18,7 @@ struct Node {
     seconds: f64,
 }
 
-/// Work done on one node.
+/// Finished points and busy workers of one node.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct NodeActivity {
     /// Number of the node in the system; absent if unknown.

@@ -14,16 +14,17 @@ use crate::structure::ModalStructure;
 use crate::sweep::{MeshTables, Prepared, build};
 use crate::units;
 
-/// Number of speeds at which modes are computed; in between, frequencies are nearly linear.
+/// Number of speeds at which modes are computed; between them, frequencies are nearly linear in the speed.
 const SPEEDS: usize = 9;
 
 /// Lowest speed of the diagram, relative to the highest.
 const LOWEST: f64 = 0.05;
 
-/// Highest speed of the diagram, relative to the speed of a grid with a single speed.
+/// Highest speed of the diagram if the grid has a single speed, relative to this speed.
 const BEYOND_ONE: f64 = 1.5;
 
-/// The diagram of a job's first structure, with the requested orders of the mesh, or the default ones.
+/// The diagram of a job's first structure, with rays for these mesh orders; if `orders` is empty, for the
+/// [`DEFAULT_ORDERS`].
 ///
 /// # Errors
 /// The reason why there is no diagram, as a sentence.
@@ -43,7 +44,7 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
         .collect();
     let at_speed = at_speeds(&structure, &first, &speeds, parts.meshes());
     let at_speed = at_speed.map_err(|error| with_causes(&error))?;
-    // Modes are identified by their position in ascending frequency; rigid motions have no line.
+    // A mode keeps its position in ascending frequency at all speeds. Rigid-body motions get no line.
     let count = |of: fn(&Frequencies) -> usize| at_speed.iter().map(of).min().unwrap_or(0);
     let lines = |count: usize, of: &dyn Fn(&Frequencies, usize) -> [f64; 2]| -> Vec<ModeLine> {
         let all = (0..count).map(|mode| {
@@ -128,8 +129,8 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
     })
 }
 
-/// Meshes with other frequencies than the first mesh, one per frequency, such as one per planetary set: their names,
-/// and their cycles per cycle of the first mesh.
+/// Names of the meshes whose mesh frequency differs from that of the first mesh, one per frequency, such as
+/// one per planetary set. Each name comes with the number of its mesh cycles per cycle of the first mesh.
 fn further_meshes(structure: &ModalStructure) -> Vec<(String, f64)> {
     let mut known = vec![[1, 1]];
     let names = structure.mesh_names().into_iter().skip(1);
@@ -144,7 +145,8 @@ fn further_meshes(structure: &ModalStructure) -> Vec<(String, f64)> {
         .collect()
 }
 
-/// Modes at every speed. Only gyroscopic terms depend on the speed; without them, one speed is enough.
+/// Modes at every speed. Only gyroscopic terms depend on the speed: without them, the modes of the first
+/// speed are used for all speeds.
 fn at_speeds(
     structure: &ModalStructure,
     first: &PointSpec,
@@ -161,7 +163,7 @@ fn at_speeds(
     Ok(found)
 }
 
-/// Orders of a shaft with an excitation: once per revolution, and those of torque ripple; ascending.
+/// Orders of the excitations of a shaft: once per revolution, torque ripple and imposed motion; ascending.
 fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
     let ripples = first.excitation.torque_ripple.iter();
     let motions = first.excitation.imposed_motion.iter();

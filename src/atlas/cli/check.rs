@@ -76,7 +76,8 @@ fn summary(name: &str, job: &Job) -> String {
     text
 }
 
-/// Why a point cannot be computed; `None` also for structures that are too large to check.
+/// The reason why a point cannot be computed. `None` if there is none, or if the structure is too large to
+/// check.
 fn fault(point: &PointSpec, parts: &Prepared) -> Option<String> {
     structure::check_size(point).ok()?;
     parts.model(point).err().map(|error| error.to_string())
@@ -149,7 +150,7 @@ fn describe(job: &Job, first: &PointSpec, parts: &Prepared) -> Vec<(String, Stri
     lines
 }
 
-/// Speeds of the bodies of a train.
+/// Speeds of the bodies of a train, relative to the speed of the driver; `None` for other structures.
 fn speeds(first: &PointSpec) -> Option<(String, String)> {
     let StructureSource::Train(train) = &first.model.source else {
         return None;
@@ -269,12 +270,12 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     )
 }
 
-/// A property of all variants of the points.
+/// A property of each variant of the points. A variant is a point without its load and speed.
 fn over<'j, T>(job: &'j Job, of: impl Fn(&'j Variant) -> T) -> impl Iterator<Item = T> {
     job.points.variants().iter().map(of)
 }
 
-/// The range of some values in words.
+/// The range of some values, as text.
 fn spread(values: impl Iterator<Item = f64>) -> String {
     let (low, high) = range(values);
     span(low, high)
@@ -289,7 +290,7 @@ fn range(values: impl Iterator<Item = f64>) -> (f64, f64) {
 /// `5e-6 … 5e-5`, or one number.
 fn span(low: f64, high: f64) -> String {
     let number = |value: f64| {
-        // Four digits distinguish the values; the manifest has the remaining digits.
+        // Four digits are enough to recognise a value; the manifest has all digits.
         let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
         if rounded == 0.0 || (1e-3..1e6).contains(&rounded.abs()) {
             format!("{rounded}")

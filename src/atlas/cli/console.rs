@@ -1,4 +1,4 @@
-//! The messages of a run during its work and at its end, for users or for programs.
+//! The messages of `atlas run` during the run and at its end: text for users, or JSON events for programs.
 
 use super::answer;
 use super::events::Events;

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Time between two events of progress.
+/// Smallest time between two `progress` events that follow a finished point.
 const INTERVAL: Duration = Duration::from_secs(1);
 
 /// Writes events.
@@ -25,7 +25,7 @@ pub struct Events<'a> {
     activity: Activity,
     last_progress: Duration,
     warned: BTreeSet<String>,
-    /// Why no more events can be written.
+    /// The error after which no more events are written.
     fault: Option<io::Error>,
 }
 
@@ -47,7 +47,7 @@ impl<'a> Events<'a> {
         if self.fault.is_some() {
             return;
         }
-        // Plain data always have a JSON form; numbers that are not finite become null.
+        // These data can always be serialized. Numbers that are not finite become null.
         let mut line = serde_json::to_vec(event).unwrap_or_default();
         line.push(b'\n');
         let mut stdout = io::stdout().lock();
@@ -76,8 +76,8 @@ impl<'a> Events<'a> {
         self.emit(&event);
     }
 
-    /// Writes the last event. Returns the exit status, which differs if standard output could not be written. A closed
-    /// pipe is no error, because its reader no longer needs events.
+    /// Writes the last event. Returns `exit_status`, or 1 if an event could not be written to standard
+    /// output. A closed pipe is no error, because its reader no longer needs events.
     pub fn finished(mut self, record: &RunRecord, exit_status: u8) -> ExitCode {
         for warning in &record.warnings {
             self.warning(warning);
@@ -92,7 +92,7 @@ impl<'a> Events<'a> {
     }
 }
 
-/// Removes a key that says nothing.
+/// Removes a key from an event if its value is `empty`, that is, without information.
 fn leave_out(event: &mut Value, key: &str, empty: bool) {
     if let Some(keys) = event.as_object_mut().filter(|_| empty) {
         keys.shift_remove(key);

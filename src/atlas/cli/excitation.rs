@@ -16,8 +16,9 @@ pub struct Cause {
     pub value: Value,
 }
 
-/// Excitations of a point, in the order of the manifest's tables. Includes excitations that the manifest omits on
-/// purpose, with a note. Those of further contacts are only known with the structure.
+/// Excitations of a point, in the order of the manifest's tables. The list includes an excitation that the
+/// manifest omits on purpose, with a note. Excitations of further contacts are listed only if `structure` is
+/// known.
 pub fn causes(
     point: &PointSpec,
     mesh: &GearMesh,
@@ -78,7 +79,8 @@ pub fn causes(
     causes
 }
 
-/// Varying stiffness and errors of contacts besides the flanks of the first mesh, if any.
+/// Varying stiffness and errors of all contacts except the flanks of the first mesh; `None` if there are
+/// none.
 fn further_contacts(structure: &ModalStructure) -> Option<Cause> {
     let excites = |contact: &&StructureContact| {
         let law = &contact.law;
@@ -97,7 +99,8 @@ fn further_contacts(structure: &ModalStructure) -> Option<Cause> {
     })
 }
 
-/// The error of flanks from the drawing under load.
+/// The transmission error of the loaded flanks, computed from the drawing of the gears; `None` if it is zero
+/// or if the mesh is not computed from a drawing.
 fn flank_error(point: &PointSpec, mesh: &GearMesh) -> Option<Cause> {
     // If the loaded mesh could not be computed, the flank error is unknown.
     let range = (mesh.loaded.as_ref()?.as_ref()).map_or(f64::NAN, |loaded| loaded.flank_error);
@@ -122,7 +125,7 @@ fn flank_error(point: &PointSpec, mesh: &GearMesh) -> Option<Cause> {
     Some(Cause { text, value })
 }
 
-/// Imposed harmonics, if any.
+/// Imposed harmonics of the transmission error; `None` if there are none.
 fn imposed(whose: &str, cause: &str, errors: Option<&Vec<MeshHarmonic>>) -> Option<Cause> {
     let errors = errors.filter(|errors| !errors.is_empty())?;
     let amplitudes: Vec<f64> = errors.iter().map(|term| term.amplitude).collect();

@@ -75,7 +75,7 @@ pub fn run(args: &ExportArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// 1 if the system refuses, 2 if the user has to change the request.
+/// Exit status: 1 if the operating system reports an error, 2 if the user has to change the request.
 fn status(error: &ExportError) -> u8 {
     match error {
         ExportError::Store(StoreError::Io(_)) | ExportError::Arrow { .. } => 1,

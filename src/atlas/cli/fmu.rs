@@ -145,7 +145,7 @@ impl Summary<'_> {
         self.drive.description()
     }
 
-    /// Names of the variables of a kind.
+    /// Names of the variables whose role satisfies `is`.
     fn names(&self, is: impl Fn(Role) -> bool) -> Vec<&str> {
         let variables = self.description().variables.iter();
         let own = variables.filter(|own| is(own.role));

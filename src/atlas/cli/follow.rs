@@ -94,7 +94,7 @@ pub fn run(args: &FollowArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// The JSON form of the results: where they are, and their counts.
+/// Counts of the results and the folder with the results; also the JSON output.
 #[derive(Default, Serialize)]
 struct Census {
     job: String,
@@ -114,7 +114,7 @@ struct Census {
 }
 
 impl Census {
-    /// Adds the results.
+    /// The census with the counts of `followed` added.
     fn counting(mut self, followed: &Followed) -> Self {
         let out = &mut self;
         for line in &followed.lines {

@@ -52,7 +52,7 @@ impl GearMesh {
             half_gap: point.mesh.half_gap,
             load: point.load,
             loaded,
-            // In this case the point fails as well, and `check` prints the reason.
+            // If these meshes cannot be computed, the point fails too, and `check` prints the reason.
             further: further.and_then(Result::ok).unwrap_or_default(),
         }
     }
@@ -89,7 +89,7 @@ impl GearMesh {
         if !gears.is_empty() {
             lines.push(("gears".to_owned(), gears.join("; ")));
         }
-        // The line `mesh` shows a given stiffness.
+        // The line `mesh` already shows a stiffness that the manifest gives.
         if let (Some(_), Some(stiffness)) = (&self.loaded, self.stiffness) {
             lines.push(("stiffness".to_owned(), over_cycle(stiffness)));
         }
@@ -147,7 +147,7 @@ impl GearMesh {
     }
 }
 
-/// Whether a point has a train in which the drawing determines a mesh.
+/// Whether a point has a train with at least one mesh that is computed from the drawing of the gears.
 fn has_drawn_train(point: &PointSpec) -> bool {
     let StructureSource::Train(train) = &point.model.source else {
         return false;
@@ -175,7 +175,7 @@ fn further_json((gears, mesh): &([String; 2], LoadedMesh)) -> Value {
     })
 }
 
-/// Smallest, mean and largest value of a given stiffness.
+/// Smallest, mean and largest value of a stiffness that the manifest gives \[N/m\].
 fn imposed(stiffness: &StiffnessSpec) -> Option<[f64; 3]> {
     let [least, most] = stiffness.extremes()?;
     Some([least, stiffness.mean()?, most])

@@ -1,11 +1,12 @@
-//! Which points does a job have? In words and for programs.
+//! The points of a job, as text and as JSON, for `atlas check` and `atlas plan`.
 
 use crate::manifest::{Carried, Design, Job, Law};
 use crate::report::{Unit, to_digits};
 use crate::units::plural;
 use serde_json::{Value, json};
 
-/// `80 = 8 load x 10 speed`; for a refined grid the smallest and the largest number of computed points.
+/// Number of points: `80 = 8 load x 10 speed`. For a refined grid, the smallest and the largest number of
+/// points.
 pub fn points(job: &Job) -> String {
     let mut counts = counts(job, &[]);
     if let Some(carried) = job.carried.as_ref().filter(|c| c.directions.len() > 1) {
@@ -24,8 +25,9 @@ pub fn points(job: &Job) -> String {
     )
 }
 
-/// `8 load`, `10 speed`, or `12 torque with speed` for tied axes. `varied` replaces the lengths of axes with several
-/// values.
+/// Length and names of each dimension: `8 load`, `10 speed`, or `12 torque with speed` for tied axes.
+/// `varied` replaces the lengths of the dimensions with several values, in their order; empty to keep all
+/// lengths.
 fn counts(job: &Job, varied: &[usize]) -> Vec<String> {
     let mut varied = varied.iter().copied();
     let mut count = |all: usize| match all {
@@ -91,7 +93,8 @@ pub fn tied_json(job: &Job) -> Value {
     json!(groups.map(|group| names(&group.axes)).collect::<Vec<_>>())
 }
 
-/// `1000 samples of 3 distributions; 5000 rows for Sobol' indices (saltelli)`; `None` if no axis is a distribution.
+/// `1000 Sobol' points of 3 distributions, scrambled by seed 1; 5000 rows of the matrices A, AB and B for
+/// Sobol' indices (saltelli)`. `None` if no axis is a distribution.
 pub fn samples(job: &Job) -> Option<String> {
     let samples = job.samples.as_ref()?;
     let (count, axes) = (samples.count, samples.axes.len());
@@ -113,7 +116,8 @@ pub fn samples(job: &Job) -> Option<String> {
     ))
 }
 
-/// `normal, mean 80, standard deviation 10, from 60 to 100 um` for a sampled axis, values times `unit`.
+/// `normal (mean 80, standard deviation 10, truncated at 60 and 100)`: the distribution of a sampled axis,
+/// with values in `unit`, but without its name. `None` if the axis is not a distribution.
 pub fn distribution(job: &Job, axis: usize, unit: &Unit) -> Option<String> {
     let drawn = job.samples.as_ref()?.axes.iter();
     let (_, distribution) = drawn
@@ -170,7 +174,7 @@ pub fn refine_json(job: &Job) -> Value {
     })))
 }
 
-/// Why the points of a refined grid cannot be split into shards, or partly recomputed.
+/// The reason why `--shard` or `--retry` cannot be used with a refined grid; `None` for other grids.
 pub fn refuses(job: &Job, option: &str) -> Option<String> {
     job.refine.as_ref().map(|_| {
         format!(

@@ -18,7 +18,7 @@ pub struct HelpArgs {
     pub topic: Vec<String>,
 }
 
-/// Accepts any text; shells complete it to the topics.
+/// Parser that accepts any text. Its possible values serve only the completion in shells.
 #[derive(Debug, Clone)]
 struct Topic;
 

@@ -1,4 +1,4 @@
-//! Which kernel do the points of a manifest get? For `atlas check`.
+//! The kernel that integrates the first point of a manifest, and the reason for it, for `atlas check`.
 
 use crate::manifest::{Job, PointSpec};
 use crate::propagate::{ClosedModes, KernelChoice, KernelSetting, Why};
@@ -6,12 +6,12 @@ use crate::sweep::{PointKernel, Prepared};
 
 /// The kernel of a grid's first point.
 pub struct FirstKernel {
-    /// Name of the chosen kernel; `None` if there is no drive.
+    /// Name of the chosen kernel; `None` if the model cannot be built.
     pub taken: Option<&'static str>,
-    /// The reason, if it depends on the drive.
+    /// The reason for the kernel if it depends on the drive, or the error of the model.
     pub why: Option<String>,
     setting: KernelSetting,
-    /// Whether all points share one model, so that no point may get another kernel.
+    /// Whether all points share one model, so that all points get the same kernel.
     alone: bool,
 }
 
@@ -51,7 +51,7 @@ impl FirstKernel {
         }
     }
 
-    /// `closed_modes (auto: 12 modes, …)`; `None` if the kernel does not depend on the drive.
+    /// `closed_modes (auto: 12 modes, …)`; `None` if the choice does not depend on the drive.
     pub fn line(&self) -> Option<String> {
         let why = self.why.as_ref()?;
         let auto = match self.setting {

@@ -1,4 +1,4 @@
-//! How is progress shown in one line of a terminal?
+//! A progress bar with text in one line of a terminal.
 
 use std::io::IsTerminal;
 
@@ -16,12 +16,13 @@ const BAR: [usize; 2] = [30, 8];
 pub struct Part {
     /// Text of the part.
     pub words: String,
-    /// Priority: parts with small rank stay if there is no room for all.
+    /// Priority: if there is no room for all parts, those with the largest rank are left out.
     pub rank: u8,
 }
 
-/// A line that `indicatif` draws on standard error, in place and never wider than the terminal. Draws nothing if
-/// standard error is no terminal, or if `quiet`. `template` ends in `{wide_msg}`, which is cut to the remaining width.
+/// A line that `indicatif` draws and redraws in place on standard error, never wider than the terminal. It
+/// draws nothing if standard error is no terminal, or if `quiet`. `template` ends in `{wide_msg}`:
+/// `indicatif` cuts this message to the remaining width.
 pub fn bar(length: Option<u64>, quiet: bool, template: &str) -> ProgressBar {
     let target = if quiet || !std::io::stderr().is_terminal() {
         ProgressDrawTarget::hidden()
@@ -41,8 +42,8 @@ pub fn width() -> usize {
     size.map_or(USUAL_WIDTH, |(Width(columns), _)| usize::from(columns))
 }
 
-/// A bar that is filled to `share`, then the parts, separated by commas: as many as fit into `width` columns. The bar
-/// takes the remaining room, or is omitted.
+/// A bar that is filled to `share` (0 to 1), then as many of the parts as fit into `width` columns, separated
+/// by commas. The bar takes the remaining columns; it is omitted if fewer than eight remain.
 pub fn fitted(share: f64, parts: &[Part], width: usize) -> String {
     // The last column stays empty, because some terminals begin a new line after a character there.
     let room = width.saturating_sub(1);

@@ -8,14 +8,14 @@ use serde_json::{Value, json};
 /// Values below this fraction of the largest value are round-off and shown as 0.
 const ROUND_OFF: f64 = 1e-12;
 
-/// The rolling bearings of a point's drive, and the load of the drive; `None` if it has none.
+/// The rolling bearings of a point's drive in static equilibrium, and the load of the drive.
 pub struct LoadedBearings {
     load: f64,
     bearings: Result<Vec<LoadedBearing>, String>,
 }
 
 impl LoadedBearings {
-    /// The bearings of a point.
+    /// The bearings of a point; `None` if the drive is not a train or has no loaded rolling bearings.
     pub fn of(point: &PointSpec) -> Option<Self> {
         let StructureSource::Train(train) = &point.model.source else {
             return None;

@@ -227,7 +227,7 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
     text
 }
 
-/// A bar on a terminal, otherwise nothing.
+/// A progress bar on a terminal; it draws nothing elsewhere, or if `quiet`.
 fn bar(quiet: bool, budget: Duration) -> ProgressBar {
     let budget = budget.as_secs();
     let template = format!("{{bar:8}} {{elapsed}} of about {budget} s  {{wide_msg}}");
@@ -249,7 +249,7 @@ fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Memory for measurements: at least one MiB.
+/// Parses the memory for measurements \[bytes\]: at least one MiB.
 fn memory(text: &str) -> Result<u64, String> {
     match size(text)? {
         bytes if bytes < 1 << 20 => Err(format!(

@@ -1,4 +1,4 @@
-//! The manifest of a command, and the keys of it that the command changes.
+//! The manifest argument of a command, and the keys that `--set` changes.
 
 use super::{BAD_INPUT, fail, portable};
 use crate::manifest::{self, Job, ManifestErrors, Warnings};
@@ -30,7 +30,7 @@ impl ManifestArgs {
         }
     }
 
-    /// The base folder of relative paths in it.
+    /// The folder at which relative paths in the manifest start.
     pub fn base(&self) -> &Path {
         match self.path.parent() {
             Some(folder) if !self.is_stream() => folder,
@@ -54,8 +54,9 @@ impl ManifestArgs {
         }
     }
 
-    /// The job of a manifest, for a computation. Shows its warnings and configures the process as the job demands. On
-    /// failure, shows its errors and returns the exit status.
+    /// The job of the manifest, for a command that computes. Shows the warnings of the manifest, and
+    /// restricts the process to portable instructions if the job demands it. On failure, shows the errors and
+    /// returns the exit status.
     pub fn read_job(&self) -> Result<Job, ExitCode> {
         let job = self.load().map_err(|errors| {
             report(&errors);
@@ -86,7 +87,7 @@ fn colour() -> bool {
     std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
 }
 
-/// Ignores a closed standard error.
+/// Writes a text to standard error; ignores a closed standard error.
 fn print_line(text: &str) {
     _ = std::io::stderr().lock().write_all(text.as_bytes());
 }

@@ -23,7 +23,8 @@ pub struct MergeArgs {
     pub json: bool,
 }
 
-/// Joins shards: status 0 if done, 2 if they do not form a whole.
+/// Joins shards: status 0 if done, 2 if they do not form one complete job, 1 if a file cannot be read or
+/// written.
 pub fn run(args: &MergeArgs) -> Status {
     let record = match merge(&args.folders, &args.out) {
         Ok(record) => record,

@@ -1,4 +1,5 @@
-//! Arguments, and one thin file per subcommand. Only this code prints and sets exit statuses.
+//! The command line: arguments, and one file per subcommand, which calls the other modules. Only this code
+//! prints and sets exit statuses.
 
 mod activity;
 mod analyses;
@@ -246,7 +247,7 @@ fn either<D: Serialize>(
     if json { pretty(&document()) } else { text() }
 }
 
-/// As [`either`], but nothing instead of the text if `quiet`.
+/// As [`either`], but an empty text instead of the text if `quiet`.
 fn reply<D: Serialize>(
     json: bool,
     quiet: bool,
@@ -260,12 +261,12 @@ fn reply<D: Serialize>(
     )
 }
 
-/// A JSON document; plain data always have one.
+/// A value as indented JSON. The values of this program can always be serialized.
 fn pretty(document: &impl Serialize) -> String {
     serde_json::to_string_pretty(document).unwrap_or_default() + "\n"
 }
 
-/// Refuses to replace a file unless that is requested; `remedy` says what else to do.
+/// Refuses to replace an existing file unless `overwrite`. The message gives `remedy` as the other way out.
 fn refuse_existing(path: &Path, overwrite: bool, remedy: &str) -> Result<(), ExitCode> {
     if overwrite || path.symlink_metadata().is_err() {
         return Ok(());
@@ -275,7 +276,7 @@ fn refuse_existing(path: &Path, overwrite: bool, remedy: &str) -> Result<(), Exi
     Err(fail(BAD_INPUT, &message))
 }
 
-/// A temporary folder, which is removed when it is dropped.
+/// A temporary folder, which is removed when the value is dropped.
 fn scratch_folder() -> Result<tempfile::TempDir, ExitCode> {
     let created = tempfile::tempdir();
     created.map_err(|error| fail(1, &format!("cannot create a temporary folder: {error}")))
@@ -291,14 +292,14 @@ fn fail(status: u8, message: &str) -> ExitCode {
 /// Exit status of a command. If the command ended early, its error has been printed.
 type Status = Result<ExitCode, ExitCode>;
 
-/// Errors that end a command with a status, after one error line.
+/// Converts an error to an exit status and prints it as one error line.
 trait OrFail<T, E> {
-    /// The value; prints the error.
+    /// The value; on an error, prints its message and returns `status`.
     fn or_fail(self, status: u8) -> Result<T, ExitCode>
     where
         E: Display;
 
-    /// The value; prints the error with its causes.
+    /// The value; on an error, prints its message with all causes and returns `status`.
     fn or_explain(self, status: u8) -> Result<T, ExitCode>
     where
         E: Error;

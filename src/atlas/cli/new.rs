@@ -59,7 +59,7 @@ impl Template {
         }
     }
 
-    /// The manifest for a job in the file `NAME.toml`.
+    /// The manifest with its job renamed to `name`, for the file `NAME.toml`.
     fn named(self, name: &str) -> String {
         let (path, text) = self.manifest();
         let old = Path::new(path).file_stem().unwrap_or_default();

@@ -83,7 +83,7 @@ pub fn run(args: &PlanArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// The forecast for programs, with the measurements of machines.
+/// The forecast and the measured rates of the machines, as JSON.
 fn document(
     job: &Job,
     forecast: &Forecast,
@@ -103,16 +103,16 @@ fn document(
     format!("{document:#}\n")
 }
 
-/// Results of `atlas machine`.
+/// Results of `atlas machine` for this machine and for the machine of `--on`.
 struct Machines {
     here: Option<Characteristics>,
     there: Option<Characteristics>,
 }
 
-/// The measured rates for a job.
+/// The measured rates of both machines for the modes of a job.
 struct Measured {
     here: Option<MachineRate>,
-    /// The rate of the other machine, with the time there.
+    /// The rate of the machine of `--on`, and the estimated time of the job on it \[s\].
     there: Option<(MachineRate, Interval)>,
 }
 
@@ -140,7 +140,8 @@ impl Machines {
         Ok(Self { here, there })
     }
 
-    /// The measured rates for a job, and its time on the other machine; `found` is the forecast for this machine.
+    /// The measured rates for a job, and its time on the machine of `--on`. `forecast` is for this machine.
+    /// `threads` is the requested number of threads.
     fn measured(&self, job: &Job, forecast: &Forecast, threads: Option<u32>) -> Measured {
         let variants = job.points.variants().iter();
         let modes = variants.map(|variant| variant.model.retained).max();

@@ -104,7 +104,7 @@ Examples:
   atlas plot results/job --measured points.csv --unit rpm
   atlas plot results/relief1 results/relief2 --what force_peak --db \"1 N\" --unit rpm";
 
-/// Columns of numbers that every points.parquet has.
+/// Names of the number columns that every points.parquet has.
 static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| {
     let table = points_table(&ResultLayout::default());
     let columns = table.iter().flat_map(|table| table.columns());
@@ -112,7 +112,8 @@ static COLUMNS: LazyLock<Vec<String>> = LazyLock::new(|| {
     numbers.map(|column| column.name.clone()).collect()
 });
 
-/// Names of kinds and columns for shell completion; other names are checked against the results.
+/// Parser of `--what`. Its possible values, kinds and common columns, serve only the completion in shells.
+/// Names of columns are checked later, against the results.
 #[derive(Debug, Clone)]
 struct Names;
 
@@ -152,7 +153,7 @@ fn separated(text: &str) -> Vec<&str> {
     .collect()
 }
 
-/// A known unit.
+/// Parses a unit; refuses unknown ones.
 fn unit(text: &str) -> Result<String, String> {
     match conversion(text, text) {
         Some(_) => Ok(text.to_owned()),
@@ -160,7 +161,7 @@ fn unit(text: &str) -> Result<String, String> {
     }
 }
 
-/// A positive number, or a fraction such as 1/3.
+/// Parses a mesh order: a positive number, or a fraction such as 1/3.
 fn order(text: &str) -> Result<f64, String> {
     let number = match text.split_once('/') {
         None => text.parse::<f64>().ok(),
@@ -173,7 +174,8 @@ fn order(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "give a positive number such as 2, 0.5 or 1/3".to_owned())
 }
 
-/// Two amounts, separated by a colon; a unit after the second applies to both.
+/// Parses two amounts, separated by a colon. The unit of the second also applies to the first if that has
+/// none.
 fn range(text: &str) -> Result<[Amount; 2], String> {
     let refused =
         || "give two numbers separated by a colon, such as 0:2e-5 or \"0:20 um\"".to_owned();
@@ -290,7 +292,7 @@ fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
     }
 }
 
-/// A Campbell diagram, which this command computes itself.
+/// The request for a Campbell diagram, which this command computes from the manifest.
 const CAMPBELL: PictureRequest = PictureRequest::Kind(PictureKind::Campbell);
 
 /// Resonances, one per line; empty if there are none.

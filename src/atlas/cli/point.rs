@@ -38,7 +38,7 @@ pub struct ChosenPoint {
     pub values: Vec<(String, f64)>,
     /// The requested sweep; `None` for a start from `run.initial`.
     pub direction: Option<Direction>,
-    /// The named axes, with their values as typed, in a form for file names.
+    /// The named axes with their values as typed, such as `load-0.05`, for file names.
     pub label: String,
 }
 
@@ -265,8 +265,9 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
     }
 }
 
-/// Fills in the tied axes that the argument does not name. They get their values at the position of the named axes, if
-/// this position is unique or if all candidates agree.
+/// Fills in the axes of a group of tied axes that the argument does not name. They get the values at the
+/// position of the named axes. If several positions fit, nothing is filled in unless all of them have equal
+/// values.
 fn fill(job: &Job, tied: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
@@ -291,8 +292,9 @@ fn fill(job: &Job, tied: &GridDimension, values: &mut [Option<f64>]) {
     }
 }
 
-/// The parts of the text between commas. Text without an equals sign belongs to the part before it, so that messages
-/// can show a decimal comma.
+/// The parts of the text between commas. A text without an equals sign is kept in the part before it, so that
+/// a message about a decimal comma (`load=0,05`) can show the whole value. Commas in brackets separate
+/// nothing.
 fn parts(text: &str) -> Vec<&str> {
     let mut ends: Vec<usize> = (text.match_indices(',').map(|(at, _)| at))
         .filter(|&at| {
@@ -392,7 +394,7 @@ fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
     })
 }
 
-/// Whether a value equals one of the grid to the digits that messages show.
+/// Whether a typed value equals a value of the grid, to the digits that messages show.
 fn is_near(on_grid: f64, value: f64) -> bool {
     (on_grid - value).abs() <= TYPING_TOLERANCE * value.abs()
 }
@@ -400,7 +402,7 @@ fn is_near(on_grid: f64, value: f64) -> bool {
 fn quantity(axis: &Axis, text: &str) -> Result<f64, PointError> {
     let dimension = match axis.unit.as_str() {
         "1" => Some(Dimension::Ratio),
-        // The dimension is `None` if the axis takes only bare numbers.
+        // `None` if the unit has no known dimension: then the axis takes only bare numbers.
         unit => units::parse_any(&format!("1 {unit}")).ok().map(|(_, d)| d),
     };
     let parsed = match (text.parse::<f64>(), dimension) {
@@ -442,7 +444,8 @@ fn example(job: &Job, typed: &[Option<(&str, f64)>], units: &Units) -> String {
     if text.contains(char::is_whitespace) { format!("\"{text}\"") } else { text }
 }
 
-/// `load (0.1 ... 0.3)` if any value is possible, else all values.
+/// `load (any value; the grid has 0.1 ... 0.3)` for an axis that allows other values, else all values of the
+/// grid.
 fn ranged(axis: &Axis, units: &Units) -> String {
     let values = if allows_values_outside_grid(axis) && axis.values.len() > 1 {
         let (low, high) = axis.values.ends();
@@ -482,7 +485,7 @@ fn listed(axis: &Axis, units: &Units) -> String {
     unit.after(&values.join(", "))
 }
 
-/// A number with seven digits, which distinguish the values of a grid.
+/// A number with seven significant digits; they distinguish the values of a grid.
 pub fn number(value: f64) -> String {
     to_digits(value, 7)
 }

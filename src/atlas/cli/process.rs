@@ -1,8 +1,9 @@
-//! The environment of a sweep in the process: signals that cancel it, and the machine.
+//! Cancellation of a command by signals, and the description of the machine.
 //!
-//! Cancelled work ends when it checks the flag. Libraries do not check it (an eigenvalue problem with thousands of
-//! freedoms), nor does the computation of a table. Therefore a separate thread does the work, and the first thread ends
-//! the process if the work does not end within [`PATIENCE`].
+//! A signal sets a flag, and the work ends when it checks this flag. Libraries do not check it, for example
+//! during an eigenvalue problem with thousands of freedoms; nor does the computation of a mesh table.
+//! Therefore a separate thread does the work, and the first thread ends the process if the work does not end
+//! within [`PATIENCE`].
 
 use super::{INTERRUPTED, fail};
 use crate::sweep::this_machine;
@@ -19,7 +20,7 @@ use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time limit for cancelled work to end by itself.
+/// Time that cancelled work has to end by itself.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 /// Interval at which the first thread checks for cancellation.
@@ -28,11 +29,11 @@ const CHECK_INTERVAL: Duration = Duration::from_millis(50);
 /// Stack of the working thread \[bytes\]: the default size for the first thread of a process.
 const STACK: usize = 8 << 20;
 
-/// Results are being computed.
+/// Stage: results are being computed.
 const WORKING: u8 = 0;
-/// Finished results are being written: the end of the process waits for this.
+/// Stage: finished results are being written. The process does not end before they are written.
 const WRITING: u8 = 1;
-/// The process ends without waiting for the work.
+/// Stage: the process ends without waiting for the work.
 const ENDING: u8 = 2;
 
 /// The stage of the process; it leaves [`WORKING`] at most once.
@@ -41,7 +42,7 @@ static STAGE: AtomicU8 = AtomicU8::new(WORKING);
 /// Set by Ctrl-C and SIGTERM from [`Process::prepare`] on.
 static INTERRUPT: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// Message if the process ends without waiting.
+/// Message of [`Process::prepare`] for an end without waiting for the work.
 static LEFT: Mutex<String> = Mutex::new(String::new());
 
 /// Message of commands that write only at their end.
@@ -54,7 +55,7 @@ pub fn run_interruptibly(work: fn() -> ExitCode) -> ExitCode {
     let named = thread::Builder::new().name("main".to_owned());
     let worker = match named.stack_size(STACK).spawn(move || _ = done.send(work())) {
         Ok(worker) => worker,
-        // Without another thread, only a second signal ends the process.
+        // Without a second thread, no thread watches `PATIENCE`: only a second signal ends work that hangs.
         Err(_) => return work(),
     };
     let mut since = None;
@@ -84,7 +85,8 @@ fn enter(stage: u8) -> bool {
     entered.is_ok() || entered == Err(stage)
 }
 
-/// Begins to write finished results; the end of the process waits for this.
+/// Marks the start of writing finished results, so that the process does not end before they are written.
+/// Never returns if the process is already ending.
 pub fn begin_writing() {
     if !enter(WRITING) {
         loop {
@@ -93,7 +95,8 @@ pub fn begin_writing() {
     }
 }
 
-/// Whether the first signal ends the process; false once some work can be cancelled instead.
+/// Whether the first signal ends the process at once. False after [`Process::prepare`]: then it cancels the
+/// work.
 static AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
 /// Lets Ctrl-C and SIGTERM end the process at once with the status of an interruption, until [`Process::prepare`].
@@ -119,8 +122,8 @@ pub struct Process {
 }
 
 impl Process {
-    /// Watches signals and describes the machine. `left` is the message if the process has to end without waiting for
-    /// its work.
+    /// Lets signals cancel the work, and describes the machine. `left` is the message if the process has to
+    /// end without waiting for the work.
     ///
     /// # Errors
     /// Signals cannot be watched; the error has been printed.
@@ -152,7 +155,7 @@ fn watch_signals(interrupt: &Arc<AtomicBool>) -> io::Result<()> {
     Ok(())
 }
 
-/// Message if the process ends without waiting for a point.
+/// Message of `atlas run` if the process ends without waiting for unfinished points.
 pub(super) fn left(folder: &Path) -> String {
     format!(
         "interrupted: finished points are kept in the journal in {}; the same command continues",

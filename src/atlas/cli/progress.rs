@@ -23,7 +23,7 @@ pub struct Display {
 }
 
 impl Display {
-    /// A display; silent when `quiet`.
+    /// A display on standard error; it writes nothing if `quiet`.
     pub fn new(quiet: bool) -> Self {
         let terminal = std::io::stderr().is_terminal();
         let bar = line::bar(None, quiet, "{wide_msg}");
@@ -122,7 +122,7 @@ fn parts(progress: &Progress) -> Vec<Part> {
     }
     say(3, format!("{:.2} points/s", progress.rate()));
     if let Some(left) = progress.left() {
-        // The first rates can give times that exceed the range of a duration.
+        // At the start of a run, the estimate can exceed the range of a duration.
         let left = Duration::try_from_secs_f64(left).unwrap_or(Duration::MAX);
         say(1, format!("about {} left", HumanDuration(left)));
     }

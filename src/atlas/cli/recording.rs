@@ -1,4 +1,5 @@
-//! Where does a recording of one operating point go? Into a folder that has no recording of the same kind.
+//! Common parts of `atlas trace` and `atlas runup`: the folder of a recording, and the message at its end. A
+//! recording is never written into a folder that already has one of the same kind.
 
 use super::{FAILED_POINTS, answer, fail};
 use crate::manifest::Job;
@@ -7,7 +8,7 @@ use crate::store::{TableKind, table_path};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// The default folder of a recording: `results/JOB/trace-POINT`, or without the point if its label is empty.
+/// The default folder of a recording: `results/JOB/trace-POINT`, or `results/JOB/trace` if `label` is empty.
 pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
     let name = match label {
         "" => recording.to_owned(),
@@ -16,7 +17,7 @@ pub(super) fn folder(job: &Job, recording: &str, label: &str) -> PathBuf {
     Path::new("results").join(&job.name).join(name)
 }
 
-/// Why a folder must not be written to: it already contains such a recording.
+/// The message if a folder already contains such a recording; `None` if it does not.
 pub(super) fn existing_message(folder: &Path, kind: TableKind, recording: &str) -> Option<String> {
     let file = table_path(folder, kind, None);
     file.exists().then(|| {
@@ -27,7 +28,7 @@ pub(super) fn existing_message(folder: &Path, kind: TableKind, recording: &str) 
     })
 }
 
-/// Prints the summary of a recording, and the reason if the motion ended early.
+/// Prints the summary of a recording, and the reason if the motion ended early. Returns the exit status.
 pub(super) fn ended(text: &str, recording: &str, stop: Option<Stop>) -> ExitCode {
     let status = answer(text, ExitCode::SUCCESS);
     let Some(stop) = stop else {

@@ -59,7 +59,7 @@ pub fn run(args: &ReportArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// The error of a folder. If the folder has nothing to explore, describes its contents.
+/// The error message for a folder. If the folder has no results, the message describes its contents.
 fn refusal(folder: &Path, error: &ReportError) -> String {
     let points = table_path(folder, TableKind::Points, None);
     let recorded = record_paths(folder).is_ok_and(|records| !records.is_empty());

@@ -6,7 +6,7 @@ use crate::units::short;
 /// Largest number of resonances listed per order.
 const MOST_LISTED: usize = 6;
 
-/// A speed in its unit, without decimals unless it is small.
+/// A speed as text, in the unit of `value`; only small values have decimals.
 pub fn speed(value: f64) -> String {
     let decimals = match value.abs() {
         0.0 => 0,

@@ -1,7 +1,8 @@
 //! `atlas run --retry failed`: recomputes the failed points of finished results and replaces the old ones.
 //!
-//! The new points go into a hidden folder beside the tables, with a separate journal. Thus the results stay complete
-//! until every point is computed, and the same command resumes an interrupted retry.
+//! The new points are first written to a hidden folder beside the tables, with a separate journal. Thus the
+//! old results stay complete until every point is computed, and the same command resumes an interrupted
+//! retry.
 
 use super::console::Console;
 use super::process::{Process, left};
@@ -47,7 +48,7 @@ fn retry(
     folder: &Path,
     mut record: RunRecord,
 ) -> Result<ExitCode, SweepError> {
-    // No other process may change these results meanwhile.
+    // The lock of the journal keeps other processes from changing these results meanwhile.
     let lock = Journal::open(folder, &job.hash, args.shard, true)?;
     remove_stale(folder)?;
     let failed_points = failed(folder, args, &record.tables)?;
@@ -84,18 +85,18 @@ fn retry(
             }
         }
     };
-    // A retry that was killed during its last steps leaves this warning in the record.
+    // An earlier retry that was killed during its last steps left this warning in the record.
     record.warnings.retain(|warning| warning != RETRY_WARNING);
     latest(&mut record.tables);
     recount(&mut record, folder, args)?;
     write_run(folder, &record)?;
-    // Last step: until the record is written, the same command must find the folder.
+    // This is the last step: until the record is written, a repeated command needs the folder.
     discard(&retry.new_folder)?;
     lock.abandon();
     Ok(voice.close(&record, status(&record), &text))
 }
 
-/// Points to be recomputed.
+/// A retry: the points to be recomputed, and where the old and the new points are.
 struct Retry<'a> {
     args: &'a RunArgs,
     job: &'a Job,
@@ -113,7 +114,7 @@ enum RetryEnd {
 }
 
 impl Retry<'_> {
-    /// Refuses a symbolic link instead of the folder.
+    /// Refuses to write if the folder for the new points is a symbolic link.
     fn refuse_link(&self) -> Result<(), StoreError> {
         if !self.new_folder.is_symlink() {
             return Ok(());
@@ -221,7 +222,7 @@ fn note_instructions(record: &mut RunRecord) {
     record.warnings.extend(warning);
 }
 
-/// Keeps the last table of each name, which replaces the earlier ones.
+/// Keeps only the last table of each name: a later table replaces the earlier ones.
 fn latest(tables: &mut Vec<TableRecord>) {
     let mut names = BTreeSet::new();
     tables.reverse();
@@ -229,7 +230,7 @@ fn latest(tables: &mut Vec<TableRecord>) {
     tables.reverse();
 }
 
-/// Points with a status that gives no information about the motion.
+/// Points with one of the statuses in [`FAILURES`].
 fn failed(
     folder: &Path,
     args: &RunArgs,
@@ -242,7 +243,7 @@ fn failed(
     Ok(failed.flatten().collect())
 }
 
-/// Updates the counts of a record from its table; its times stay those of the first run.
+/// Updates the counts of points in a record from its tables. Cycles and times remain those of the first run.
 fn recount(record: &mut RunRecord, folder: &Path, args: &RunArgs) -> Result<(), StoreError> {
     let points_by_status = statuses(folder, args.shard, &record.tables)?;
     let count = |name: &str| {

@@ -95,7 +95,7 @@ fn execute(args: &RunArgs, job: &Job, folder: &Path) -> Status {
 
 fn closing_line(finished: &Finished, record: &RunRecord, folder: &Path) -> String {
     let (totals, threads) = (&record.totals, finished.placement.threads);
-    // The results of these points may require more points.
+    // While the refinement is open, the results of missing points may require even more points.
     let missing = if finished.recorded.progress.open {
         format!("at least {}", totals.missing)
     } else {

@@ -1,4 +1,4 @@
-//! Which options does `atlas run` have?
+//! The options of `atlas run`.
 
 use super::manifest_args::ManifestArgs;
 use super::table::TablesFolder;
@@ -49,7 +49,7 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
-    /// Whether workers are bound to their cores.
+    /// When workers are bound to cores, from `--pin` and `--no-pin`.
     pub(super) fn pinning(&self) -> Pinning {
         match (self.pin, self.no_pin) {
             (true, _) => Pinning::Always,

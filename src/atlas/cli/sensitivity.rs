@@ -1,4 +1,5 @@
-//! `atlas sensitivity m.toml --point …`: how do the results of a point change with keys of the manifest?
+//! `atlas sensitivity m.toml --point …`: derivatives of the results of a point with respect to keys of the
+//! manifest.
 
 use super::manifest_args::ManifestArgs;
 use super::point::{self, PointArg, number};
@@ -85,7 +86,7 @@ pub fn run(args: &SensitivityArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// Rejoins names that were split at a comma in brackets: `stiffness_matrix[1,2]`.
+/// Rejoins names that clap split at a comma in brackets, such as `stiffness_matrix[1,2]`.
 fn whole(parts: &[String]) -> Vec<String> {
     let mut names: Vec<String> = Vec::new();
     for part in parts {

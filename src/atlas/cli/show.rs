@@ -96,7 +96,7 @@ fn table(file: &Path, json: bool) -> Result<String, String> {
     Ok(either(json, || &summary, || summary.render()))
 }
 
-/// Describes a folder without results, and what to do with it.
+/// The message for a folder without results: what it contains, and the command for such contents.
 pub(super) fn instead(folder: &Path) -> String {
     let here = folder.display();
     if journal_path(folder, None).exists() {

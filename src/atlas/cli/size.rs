@@ -1,6 +1,6 @@
-//! How is a number of bytes written in an argument?
+//! Sizes in arguments, with binary units.
 
-/// A number of bytes: `67108864`, `64MiB`, `2 GiB`.
+/// Parses a number of bytes: `67108864`, `64MiB`, `2 GiB`.
 pub fn size(text: &str) -> Result<u64, String> {
     const UNITS: [(&str, u64); 4] = [
         ("KiB", 1 << 10),

@@ -27,7 +27,7 @@ pub struct SoundArgs {
     overwrite: bool,
 }
 
-/// Writes the sound file: status 0 if done, 2 for bad input.
+/// Writes the sound file: status 0 if done, 2 for bad input, 1 if it cannot be written.
 pub fn run(args: &SoundArgs) -> ExitCode {
     begin_writing();
     let request = WavRequest {

@@ -1,9 +1,9 @@
-//! Which exit status belongs to the end of a run?
+//! The exit status at the end of a run.
 
 use super::{BAD_INPUT, BUSY, FAILED_POINTS, INTERRUPTED};
 use crate::store::{RunRecord, RunState, StoreError};
 
-/// Exit status if results cannot be written.
+/// Exit status if results cannot be read or written.
 pub(super) fn failure(error: &StoreError) -> u8 {
     match error {
         StoreError::Busy { .. } => BUSY,
@@ -12,7 +12,7 @@ pub(super) fn failure(error: &StoreError) -> u8 {
     }
 }
 
-/// Exit status for a record.
+/// Exit status of a run with this record.
 pub(super) fn status(record: &RunRecord) -> u8 {
     match record.state {
         RunState::Interrupted => INTERRUPTED,

@@ -1,4 +1,5 @@
-//! How does the structure of a manifest vibrate? For `atlas check`: natural frequencies, mesh resonances, base period.
+//! The vibration of a manifest's structure, for `atlas check`: natural frequencies, mesh resonances, base
+//! period.
 
 use super::campbell;
 use super::point::number;
@@ -18,10 +19,12 @@ const HARMONICS: u32 = 3;
 /// Largest number of rows in the table of modes.
 const MOST_ROWS: usize = 100;
 
-/// Largest number of degrees of freedom for which modes are computed, in a second or two. The default drive has 192.
+/// Largest number of degrees of freedom for which modes are computed: this takes a second or two. The default
+/// drive has 192.
 const MOST_FREEDOMS: usize = 1500;
 
-/// Largest magnitude of a negative damping ratio that is round-off. Such a mode does not count as growing.
+/// Largest magnitude of a negative damping ratio that counts as round-off, so that the mode is not called
+/// growing.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The structure of a grid's first point.
@@ -31,7 +34,7 @@ pub struct Structure {
     cycles: f64,
     /// Campbell diagram with the resonances.
     diagram: Campbell,
-    /// Speed of the driver for these results \[rad/s\].
+    /// Speed of the driver at which the modes are computed \[rad/s\].
     speed: f64,
     /// Number of structures in the grid.
     count: usize,
@@ -49,7 +52,8 @@ impl Structure {
         let structure = structure.map_err(|error| error.to_string())?;
         let model = build::mean_model(&structure, first, parts.meshes());
         let model = model.map_err(|error| error.to_string())?;
-        // The mean model has constant mesh stiffness and equal teeth. The base period of the meshes comes from the train.
+        // The mean model has constant mesh stiffness and equal teeth: the periods of meshes and teeth come
+        // from the train and from the table of teeth.
         let of_meshes = match &first.model.source {
             StructureSource::Train(train) => train.base_cycles().unwrap_or(1),
             _ => 1,
@@ -66,7 +70,8 @@ impl Structure {
         })
     }
 
-    /// Speed of the driver \[rad/s\] at which a harmonic of the mesh frequency meets a mode; `None` for a rigid motion.
+    /// Speed of the driver \[rad/s\] at which a harmonic of the mesh frequency equals the natural frequency
+    /// of a mode; `None` for a rigid-body motion.
     fn resonance(&self, mode: &NaturalMode, harmonic: u32) -> Option<f64> {
         let order = self.cycles * f64::from(harmonic);
         (mode.frequency > 0.0).then(|| mode.frequency / order)
@@ -210,10 +215,10 @@ impl Structure {
     }
 }
 
-/// Checks that the structure of a point has few enough freedoms.
+/// Checks that the structure of a point has at most `MOST_FREEDOMS` degrees of freedom.
 ///
 /// # Errors
-/// The reason why it does not, as a sentence.
+/// It has more, or their number is unknown; the text is a sentence.
 pub fn check_size(point: &PointSpec) -> Result<(), String> {
     let freedoms = match &point.model.source {
         StructureSource::Flexible(drive) => 12 * (1 + drive.elements.iter().sum::<usize>()),

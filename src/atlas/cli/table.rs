@@ -119,7 +119,7 @@ struct Drawing {
 }
 
 impl Drawing {
-    /// The default laws of a manifest.
+    /// A drawing with the laws that a manifest has by default.
     fn by_default(gears: GearPair) -> Self {
         let face = if gears.helix_angle == 0.0 { FaceLaw::Coupled } else { FaceLaw::Independent };
         Self {
@@ -130,7 +130,7 @@ impl Drawing {
     }
 }
 
-/// The different drawings of a job, with the bores of its shafts.
+/// The different drawings in a job; the gears have the bores of their shafts.
 fn drawings(job: &Job) -> Vec<Drawing> {
     let mut drawings = Vec::new();
     for variant in job.points.variants() {
@@ -151,7 +151,7 @@ fn drawings(job: &Job) -> Vec<Drawing> {
     drawings
 }
 
-/// The table for these arguments, with the file that keeps it.
+/// The mesh table of a drawing for these arguments, from the store or computed, with its file.
 fn load_or_compute(args: &TableArgs, drawing: &Drawing) -> Result<Fetched<MeshTable>, String> {
     let gears = &drawing.gears;
     let mut inputs = MeshTableInputs {
@@ -179,7 +179,7 @@ fn load_or_compute(args: &TableArgs, drawing: &Drawing) -> Result<Fetched<MeshTa
     fetched.map_err(|error| with_causes(&error))
 }
 
-/// `computed`, or `found`.
+/// The origin of a table, as text: `computed`, or `found` in the store.
 fn word(origin: Origin) -> &'static str {
     match origin {
         Origin::Found => "found",

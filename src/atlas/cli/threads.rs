@@ -1,4 +1,4 @@
-//! How many threads does a command use?
+//! The option `--threads`.
 
 use clap::Args;
 

@@ -111,7 +111,7 @@ pub fn run(args: &TraceArgs) -> Status {
     Ok(recording::ended(&text, "trace", outcome.stop))
 }
 
-/// The point and the model of the trace.
+/// The metadata of the trace: its job, its point, and data of its model.
 fn label(job: &Job, point: &ChosenPoint, model: &Model, config: &TraceConfig) -> TraceLabel {
     TraceLabel {
         job: job.name.clone(),
@@ -233,7 +233,7 @@ fn summary_json(
     })
 }
 
-/// `None` if the first cycle is unfinished.
+/// Events per mesh cycle; `None` if not even the first cycle was finished.
 fn events_per_cycle(outcome: &TraceOutcome) -> Option<f64> {
     (outcome.cycles > 0).then(|| outcome.events as f64 / outcome.cycles as f64)
 }

@@ -46,7 +46,7 @@ pub fn run(args: &VerifyArgs) -> Status {
     Ok(answer(&text, ExitCode::from(report.status())))
 }
 
-/// A bar on a terminal, otherwise nothing.
+/// A progress bar on a terminal; it draws nothing elsewhere.
 fn bar(checks: u64) -> ProgressBar {
     let template = "{bar:10} {pos}/{len} checks  {elapsed}  {wide_msg}";
     let bar = line::bar(Some(checks), false, template);

@@ -3,7 +3,7 @@
 use crate::manifest::{Advice, AdviceKind, Place};
 use serde_json::{Value, json};
 
-/// Label and text of each line of advice; advice on several keys appears once.
+/// Label and text of each line of advice. Equal advice on several keys is one line that names all these keys.
 pub fn lines(advice: &[Advice]) -> Vec<(String, String)> {
     let mut groups: Vec<(AdviceKind, &str, Vec<String>)> = Vec::new();
     for word in advice {

@@ -1,7 +1,8 @@
 //! Arrow IPC files (Feather, version 2): a table in its memory layout, for Julia, R and other programs with Arrow.
 //!
-//! Columns keep their types, lists stay lists, absent values are null; units and descriptions are in the metadata of
-//! schema and columns, as in the result files. The files are uncompressed, so that they can be mapped.
+//! Columns keep their types, lists stay lists, absent values are null. Units and descriptions are in the
+//! metadata of the schema and of the columns, as in the result files. The files are uncompressed, so that
+//! programs can map them into memory.
 
 use super::error::ExportError;
 use super::survey::Surveyed;
@@ -11,7 +12,7 @@ use arrow_schema::{ArrowError, FieldRef, Schema};
 use std::io::BufWriter;
 use std::path::Path;
 
-/// Writes a table.
+/// Writes the surveyed columns of a table to `path`, batch by batch.
 pub fn write(folder: &Path, table: &Surveyed, path: &Path) -> Result<(), ExportError> {
     let refused = |source: ArrowError| ExportError::Arrow {
         path: path.to_path_buf(),

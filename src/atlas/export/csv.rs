@@ -1,7 +1,7 @@
-//! Text separated by commas (RFC 4180), UTF-8, with line feeds.
+//! CSV files (RFC 4180) in UTF-8, with line feeds.
 //!
-//! Numbers have the shortest text that reads back to the same bits. An absent value is an empty field, an empty text is
-//! `""`.
+//! A number has the shortest text from which a program reads the same bits. An absent value is an empty
+//! field, and an empty text is `""`.
 
 use super::cells::Cell;
 use super::error::ExportError;
@@ -13,10 +13,11 @@ use std::fmt::Write as _;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-/// Rows that one thread writes at a time.
+/// Rows that one thread formats at a time.
 const ROWS_TOGETHER: usize = 256;
 
-/// Writes a table. Its lists become one column per element, or are left out.
+/// Writes a table to `path`. Its lists become one column per element ([`Lists::Wide`]), or are left out
+/// ([`Lists::Long`]).
 pub fn table(
     folder: &Path,
     table: &Surveyed,
@@ -26,7 +27,7 @@ pub fn table(
     written(path, |sheet| write_table(folder, table, lists, sheet))
 }
 
-/// Writes the lists of a table, one line per element.
+/// Writes the lists of a table to `path`, one line per element.
 pub fn lists(folder: &Path, table: &Surveyed, path: &Path) -> Result<(), ExportError> {
     written(path, |sheet| write_lists(folder, table, sheet))
 }
@@ -51,21 +52,19 @@ struct Lines<'a, W> {
 }
 
 impl<W: Write> Lines<'_, W> {
-    /// Writes a row.
     fn row(&mut self, cells: &[Cell<'_>]) -> Result<(), ExportError> {
         let mut line = String::new();
         push_row(&mut line, cells.iter().copied());
         self.write(&line)
     }
 
-    /// Writes lines.
     fn write(&mut self, lines: &str) -> Result<(), ExportError> {
         let written = self.sink.write_all(lines.as_bytes());
         Ok(written.map_err(|source| StoreError::io(self.path, "write", source))?)
     }
 }
 
-/// Writes head and rows of a table. Its lists become one column per element, or are left out.
+/// Writes the line of titles and the rows of a table.
 fn write_table<W: Write>(
     folder: &Path,
     table: &Surveyed,
@@ -91,7 +90,8 @@ fn write_table<W: Write>(
     })
 }
 
-/// The lists of a table with one row per element: row of the table and position in the list, counted from 1.
+/// Writes the lists of a table, one line per element. The columns `row` and `element` are the row of the
+/// table and the position in the list, both counted from 1.
 fn write_lists<W: Write>(
     folder: &Path,
     table: &Surveyed,
@@ -105,7 +105,7 @@ fn write_lists<W: Write>(
         "row", "point_id", "column", "unit", "element", "name", "value",
     ]
     .map(Cell::Text);
-    // Omit `point_id` if the table has none.
+    // The second column, `point_id`, is omitted if the table has none.
     let shown = move |place: usize| point.is_some() || place != 1;
     sheet.row(&kept(&head, shown))?;
     let mut before = 0;

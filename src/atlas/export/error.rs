@@ -1,4 +1,4 @@
-//! Why can a table not be written for another program?
+//! Errors of an export.
 
 use crate::store::StoreError;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! Which formats exist, and where do lists go in them?
+//! The formats of exported files, and the place of lists in them.
 
 use clap::ValueEnum;
 

@@ -1,4 +1,4 @@
-//! What is exported, where to, and with which result?
+//! An export: the request, the selection of tables and columns, and the written files.
 
 use super::error::ExportError;
 use super::format::{Format, Lists};
@@ -22,7 +22,7 @@ pub struct ExportRequest {
     pub overwrite: bool,
 }
 
-/// Written files.
+/// The written files and their tables.
 #[derive(Debug)]
 pub struct Exported {
     /// The files, in the order of their tables.
@@ -31,7 +31,7 @@ pub struct Exported {
     pub tables: Vec<Surveyed>,
 }
 
-/// Writes tables of a folder into another one, which is created if necessary.
+/// Writes the requested tables of `folder` as files in the folder `out`, which is created if necessary.
 ///
 /// # Errors
 /// A table or column does not exist, a file would be replaced, a format does not fit a table, or a file cannot be read
@@ -72,7 +72,7 @@ pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Expo
     Ok(Exported { files, tables })
 }
 
-/// The requested tables of a folder, after one pass through them.
+/// The requested tables of a folder, with the counts from one pass through them.
 ///
 /// # Errors
 /// A table or column does not exist, or a table cannot be read.
@@ -81,7 +81,7 @@ pub fn survey_folder(folder: &Path, request: &ExportRequest) -> Result<Vec<Surve
     chosen(folder, request)?.into_iter().map(surveyed).collect()
 }
 
-/// The requested tables that have one of the requested columns.
+/// The requested tables that have at least one of the requested columns.
 fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, ExportError> {
     let present = present_tables(folder)?;
     if present.is_empty() {
@@ -138,7 +138,7 @@ fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, Expo
         .collect())
 }
 
-/// The files to be written.
+/// Paths of the files to be written: one per table, and a second one for its lists if these are long.
 fn files(tables: &[Surveyed], request: &ExportRequest, out: &Path) -> Vec<PathBuf> {
     let extension = request.format.extension();
     let file = |stem: &str| out.join(format!("{stem}.{extension}"));

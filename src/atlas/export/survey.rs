@@ -1,4 +1,4 @@
-//! Which properties of a table must be known before it is written? Rows and lengths of lists.
+//! The survey of a table before it is written: its number of rows and the lengths of its lists.
 
 use super::cells::Cells;
 use super::error::ExportError;
@@ -7,12 +7,12 @@ use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// A table of a folder with properties of its columns.
+/// A table of a folder, with the counts of a survey.
 #[derive(Debug)]
 pub struct Surveyed {
     /// Kind of the table.
     pub kind: TableKind,
-    /// Rows.
+    /// Number of rows.
     pub rows: u64,
     /// The chosen columns, in file order.
     pub columns: Vec<SurveyedColumn>,
@@ -23,9 +23,9 @@ pub struct Surveyed {
 pub struct SurveyedColumn {
     /// Name, unit, description and type.
     pub head: ColumnHead,
-    /// Rows without a value.
+    /// Number of rows without a value.
     pub absent: u64,
-    /// Elements of the longest list.
+    /// Number of elements of the longest list; 0 if the column contains no lists.
     pub width: usize,
     /// Whether every list has as many elements as there are element names.
     named: bool,
@@ -64,7 +64,7 @@ impl SurveyedColumn {
         if self.is_list() { self.width } else { 1 }
     }
 
-    /// Names of the list elements; empty if elements have only numbers, or if lists have different elements.
+    /// Names of the list elements; empty if the elements have no names, or if a list has another length.
     pub fn elements(&self) -> &[String] {
         if self.named { &self.head.elements } else { &[] }
     }
@@ -155,7 +155,7 @@ pub(super) struct FlatColumn {
     pub title: String,
 }
 
-/// Reads through a table; only the chosen columns, if any are given.
+/// Surveys a table in one pass: only the `chosen` columns, or all if `chosen` is empty.
 ///
 /// # Errors
 /// The table cannot be read, or was changed.

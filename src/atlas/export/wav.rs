@@ -1,4 +1,5 @@
-//! A signal of a run-up as sound: a WAV file with 24 bits, whose full scale is a given value of the signal.
+//! A signal of a run-up as a WAV file with 24 bits. The mean of the signal is removed. Full scale corresponds
+//! to a given deviation from the mean.
 
 use crate::store::{ResultTable, StoreError, TableKind};
 use hound::{SampleFormat, WavSpec, WavWriter};
@@ -32,19 +33,19 @@ pub struct WavFile {
     pub signal: String,
     /// Unit of the signal.
     pub unit: String,
-    /// Value at full scale.
+    /// Deviation from the mean at full scale, in the unit of the signal.
     pub full_scale: f64,
     /// Samples per second.
     pub rate: u32,
-    /// Samples.
+    /// Number of samples.
     pub samples: usize,
-    /// Samples beyond full scale.
+    /// Number of samples beyond full scale, which are clipped.
     pub clipped: usize,
     /// Path of the sound file.
     pub path: PathBuf,
 }
 
-/// Why there is no sound.
+/// A sound file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum SoundError {
     /// The table cannot be read.
@@ -163,7 +164,7 @@ pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     })
 }
 
-/// Writes values in units of full scale.
+/// Writes values in units of full scale as a WAV file; values beyond ±1 are clipped.
 fn write(path: &Path, rate: u32, values: &[f64]) -> Result<(), hound::Error> {
     let spec = WavSpec {
         channels: 1,

@@ -1,4 +1,4 @@
-//! Which attractors of neighbouring points belong to one branch?
+//! Branches: chains of attractors of neighbouring points.
 //!
 //! Every point numbers its attractors independently. Two attractors of neighbouring points on an axis belong to one
 //! branch if each is the nearest to the other, and their distance is at most [`FARTHEST`]. The distance is
@@ -7,9 +7,10 @@
 //! |ln(RMS/RMS')| + |ln(peak/peak')| + |e − e'| / max(1, e, e') + penalty
 //! ```
 //!
-//! with the events per cycle e and a penalty for another kind of motion. A period doubling continues its branch. An
-//! attractor without a match begins a branch, and so does every attractor after a missing point. Branches follow from
-//! the whole table and are not part of it, because the neighbours of a point can be in another shard of the job.
+//! with the events per cycle e, and a penalty if the kinds of motion differ. The penalty for a period
+//! doubling is small, so that it continues its branch. An attractor without a match begins a new branch, and
+//! so does every attractor after a missing point. Branches are computed from the whole table and are not
+//! stored in it, because the neighbours of a point can be in another shard of the job.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -53,15 +54,15 @@ pub struct Attractor {
     pub share: f64,
     /// The 95 % interval of the share.
     pub interval: [f64; 2],
-    /// Cells of the slice that settled on it.
+    /// Number of cells of the slice from which the motion settled on it.
     pub cells: Option<u64>,
-    /// Strobe states on the slice \[m\].
+    /// States at mesh phase 0, projected on the slice \[m; in a phase plane, the second in m/s\].
     #[serde(skip)]
     pub strobe: Vec<[f64; 2]>,
 }
 
 impl Attractor {
-    /// `period 2`, `chaotic`.
+    /// The kind of motion as text: `period 2`, `chaotic`.
     pub fn kind(&self) -> String {
         match (self.class.as_str(), self.period) {
             ("periodic", Some(period)) => format!("period {period}"),
@@ -113,9 +114,9 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
     Ok((0..table.rows()).map(attractor).collect())
 }
 
-/// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. The axes with
-/// indices `fixed_axes` are fixed. Branches are numbered from 0 in the order of their first attractors. `attractors`
-/// and `points` are in `point_id` order.
+/// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. Points
+/// with equal values on the axes `fixed_axes` (indices) form a line. Branches are numbered from 0, line by
+/// line, and on a line in ascending order of the axis. `attractors` and `points` are in `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
@@ -183,7 +184,7 @@ fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
 fn distance(a: &Attractor, b: &Attractor) -> f64 {
     let ratio = |a: Option<f64>, b: Option<f64>| match (a, b) {
         (Some(a), Some(b)) if a > 0.0 && b > 0.0 => (a / b).ln().abs(),
-        // Only one of the two motions has no vibration, or no contact force.
+        // One motion has no vibration, or no contact force, and the other has.
         (Some(a), Some(b)) if a != b => f64::INFINITY,
         _ => 0.0,
     };

@@ -1,4 +1,4 @@
-//! Points with probes that settled on several attractors: the endings and their shares.
+//! Points whose probes settled on several attractors: the ways in which probes ended, with their shares.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::point::PointSummary;
 use crate::store::{ResultTable, StoreError, TableKind};
 
-/// The endings of a point's probes, if these found several attractors.
+/// The ways in which the probes of a point ended, if they found several attractors.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coexistence {
     /// The point.

@@ -1,4 +1,4 @@
-//! Why can a results folder not be summarised?
+//! Errors of a summary.
 
 use crate::store::StoreError;
 use std::path::PathBuf;

@@ -1,7 +1,8 @@
-//! What does the first slice of the grid show, over the first two axes with several values?
+//! The map of the first slice of the grid, over the first two axes with several values.
 //!
-//! A wide grid is binned: a cell then shows the greatest [`Cell`] of its points. Further axes have their first value.
-//! For a refined grid, the map shows the refined plane, with the representative point of each place.
+//! If the grid has more points than the map has cells, a cell shows the greatest [`Cell`] of its points. All
+//! other axes have their first value. For a refined grid, each place of the plane shows the point that
+//! represents it.
 
 use super::point::{Axis, CHAOTIC, PointSummary, TRANSIENT_CHAOS, varied};
 use super::refined::Plane;
@@ -12,7 +13,7 @@ use std::collections::BTreeSet;
 /// Largest number of rows and of columns.
 const MOST_CELLS: [usize; 2] = [24, 64];
 
-/// Content of a cell. The order matters: a cell with several points shows the greatest.
+/// Content of a cell. The order of the variants matters: a cell with several points shows the greatest.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd)]
 pub(super) enum Cell {
     Missing,
@@ -142,7 +143,7 @@ fn position(axis: &Axis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
 
-/// A range of indices cut into equal bins.
+/// A range of indices, cut into `count` bins of `size` indices each.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Bins {
     pub(super) size: usize,

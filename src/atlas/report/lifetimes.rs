@@ -1,27 +1,28 @@
-//! How long does chaos last at the points of a results folder?
+//! Lifetimes of chaos at the points of a results folder.
 
 use serde::Serialize;
 
 use super::point::{CHAOTIC, PointSummary, TRANSIENT_CHAOS};
 
-/// How long chaos lasts, in mesh cycles. Points are classified by the number of their trajectories that left it.
+/// Lifetimes of chaos, in mesh cycles. Points are grouped by how many of their trajectories left chaos: none,
+/// some or all.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Lifetimes {
-    /// Points whose chaos no trajectory left, with the lower 95 % bounds of its mean life.
+    /// Points at which no trajectory left chaos, and the range of the lower 95 % bounds of their mean lives.
     pub lasting: LifetimeRange,
-    /// Points whose chaos some trajectories left.
+    /// Number of points at which some trajectories left chaos.
     pub transient_points: usize,
-    /// The first of them, in the order of their mean life.
+    /// The first of them, the shortest mean life first.
     pub transient: Vec<PointSummary>,
-    /// Points whose chaos all trajectories left, with its mean lives. Their class is that of the motion after the
-    /// chaos.
+    /// Points at which all trajectories left chaos, and the range of their mean lives. Their class is that of
+    /// the motion after the chaos.
     pub left: LifetimeRange,
 }
 
 /// A number of points, and the range of a time.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct LifetimeRange {
-    /// Points.
+    /// Number of points.
     pub points: usize,
     /// The shortest and the longest time \[mesh cycles\].
     pub range: Option<[f64; 2]>,
@@ -36,7 +37,7 @@ impl LifetimeRange {
 }
 
 impl Lifetimes {
-    /// Counts a point. Returns whether some trajectories left its chaos, so that it must be listed.
+    /// Counts a point. Returns true for a point of transient chaos, which the caller must list.
     pub(super) fn count(&mut self, point: &PointSummary) -> bool {
         let Some(chaos) = &point.chaos else {
             return false;

@@ -53,9 +53,10 @@ fn head(page: &mut String, machine: &Characteristics) {
     line("noise", verdict);
 }
 
-/// Levels of memory, each with a size that lies well inside it. This is half of the first cache, and the geometric mean
-/// of a later cache and the one before it, because a large shared cache may be only partly available. The last is the
-/// largest measured buffer, if it is larger than all caches.
+/// Names of the levels of memory, each with a size of a buffer that fits well into the level \[bytes\]. For
+/// the first cache this is half its size. For a later cache it is the geometric mean of its size and the size
+/// of the cache before it, because a large shared cache may be only partly available. The last level is
+/// `memory`, with the largest measured buffer, if this is larger than all caches.
 pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
     let Some(largest) = machine.mountain.iter().map(|row| row.key.size).max() else {
         return Vec::new();

@@ -1,8 +1,9 @@
-//! How are numbers formatted for readers?
+//! Numbers as text for readers.
 
 pub(super) use crate::units::plural;
 
-/// At least four significant digits, and all digits before the point, without trailing zeros.
+/// A number with four significant digits, or with all digits before the point if these are five or six.
+/// Without trailing zeros.
 pub(super) fn number(value: f64) -> String {
     let before_point = value.abs().log10().floor() + 1.0;
     if (4.0..=6.0).contains(&before_point) {
@@ -12,7 +13,7 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// A number of significant digits, without trailing zeros: `0.05`, `4.4e8`.
+/// A number with this many significant digits, without trailing zeros: `0.05`, `4.4e8`.
 pub fn to_digits(value: f64, digits: usize) -> String {
     let rounded = format!("{value:.*e}", digits.saturating_sub(1)).parse();
     let rounded: f64 = rounded.unwrap_or(value);

@@ -1,5 +1,5 @@
-//! Periodic orbits of a results folder: every orbit, counts by period and stability, and the given states that led to
-//! none.
+//! Periodic orbits of a results folder: every orbit, counts by period and stability, and the given states
+//! from which no orbit was found.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::store::{ResultTable, StoreError, TableKind};
 /// Contents of `orbits.parquet`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Orbits {
-    /// Points with an orbit.
+    /// Number of points with at least one orbit.
     pub points: usize,
     /// The orbits of all points together, by period and stability.
     pub periods: Vec<OrbitCount>,
@@ -49,7 +49,8 @@ pub struct Orbit {
     pub point_id: u64,
     /// Period of the orbit \[mesh cycles\].
     pub period: u64,
-    /// The given state that led to it, counted from 1; `None` if a near return did.
+    /// Number of the given state from which the search found it, from 1; `None` if the search began at a near
+    /// return.
     pub state: Option<u64>,
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,
@@ -57,18 +58,19 @@ pub struct Orbit {
     pub modulus: f64,
     /// The leading multiplier, real and imaginary part; `None` if the table has no multipliers.
     pub leading: Option<[f64; 2]>,
-    /// Kind of bifurcation where the leading multiplier crosses the unit circle; `None` if it lies well inside.
+    /// Kind of bifurcation that occurs if the leading multiplier crosses the unit circle; `None` if it lies
+    /// well inside.
     pub bifurcation: Option<String>,
     /// Smallest distance of an extreme of δ from a contact surface \[half gaps\].
     pub grazing_margin: Option<f64>,
-    /// Growth of a kick over one period, integrated in full.
+    /// Growth of a small kick over one period, from the full (nonlinear) integration.
     pub kick_growth: Option<f64>,
-    /// Growth of the kick as the monodromy matrix predicts it.
+    /// Growth of the same kick that the monodromy matrix predicts.
     pub kick_growth_linear: Option<f64>,
     /// All multipliers, real and imaginary parts.
     #[serde(skip)]
     pub multipliers: Vec<[f64; 2]>,
-    /// Distance after 0, 1, 2, … returns of a kick, nonlinear and linear \[half gaps\].
+    /// Distance from the orbit 0, 1, 2, … returns after a kick, nonlinear and linear \[half gaps\].
     #[serde(skip)]
     pub kick: [Vec<f64>; 2],
 }
@@ -87,7 +89,8 @@ pub struct MissedSearch {
 }
 
 impl Orbit {
-    /// The leading multiplier in words: `-2.962`, `0.173 ± 0.982i`; its modulus if the table has no more.
+    /// The leading multiplier as text: `−2.962`, `0.173 ± 0.982i`; only its modulus if the table has no
+    /// multipliers.
     pub(super) fn leading_words(&self) -> String {
         let shown = |value: f64| number(value).replace('-', "−");
         match self.leading {
@@ -97,7 +100,7 @@ impl Orbit {
         }
     }
 
-    /// The kind of bifurcation at the crossing of the unit circle, in words.
+    /// The kind of bifurcation if the leading multiplier crosses the unit circle, as text.
     pub(super) fn crossing_words(&self) -> &str {
         match self.bifurcation.as_deref() {
             Some("neimark_sacker") => "torus (Neimark–Sacker)",

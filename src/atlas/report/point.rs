@@ -1,17 +1,17 @@
-//! Which data does a summary have of a point of a results folder, on which axes is it, and how many are alike?
+//! The data of a point in a summary, the axes of the grid, and counts of points by kind of motion.
 
 use serde::Serialize;
 use std::ops::Deref;
 use std::sync::Arc;
 
-/// A grid axis with its values in the file.
+/// An axis of the grid, with the values that occur in the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Axis {
     /// Column name.
     pub name: String,
     /// SI unit, `1` when dimensionless.
     pub unit: String,
-    /// Values in the file, ascending.
+    /// Distinct values in the file, ascending.
     pub values: Vec<f64>,
 }
 
@@ -31,14 +31,14 @@ pub struct ClassCount {
     pub class: String,
     /// Period of periodic motion.
     pub period: Option<u64>,
-    /// Points.
+    /// Number of points.
     pub points: usize,
 }
 
 /// The data of a point in a summary.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PointSummary {
-    /// Row-major index into the grid.
+    /// Number of the point: its row-major index in the grid.
     pub point_id: u64,
     /// Value of each axis.
     pub axis_values: Vec<f64>,
@@ -49,9 +49,9 @@ pub struct PointSummary {
     pub lambda: Option<f64>,
     /// Standard error of the exponent \[1/cycle\].
     pub stderr: Option<f64>,
-    /// Exponent from the twin trajectory \[1/cycle\].
+    /// Largest exponent from the separation of a twin trajectory \[1/cycle\].
     pub twin: Option<f64>,
-    /// Life of its chaos; absent if no trajectory was chaotic.
+    /// Lifetime of its chaos; absent if no trajectory was chaotic.
     pub chaos: Option<Box<ChaosLife>>,
 }
 
@@ -63,7 +63,8 @@ impl Deref for PointSummary {
     }
 }
 
-/// The textual data of a point. Most points share them with many others, so that a million points need little memory.
+/// Status and class of a point. Many points have equal ones and share one copy, so that a million points need
+/// little memory.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Hash, Serialize)]
 pub struct Verdict {
     /// Direction of its sweep, `up` or `down`; absent if points are independent.
@@ -78,7 +79,8 @@ pub struct Verdict {
     pub period: Option<u64>,
     /// Whether the exponents of the point and of its twin agree.
     pub twin_agrees: Option<bool>,
-    /// Whether standard errors were read after enough cycles for verified coverage; absent if the motion settles.
+    /// Whether the averages have enough cycles for standard errors of verified coverage; absent if the motion
+    /// settles.
     pub errors_verified: Option<bool>,
 }
 
@@ -89,24 +91,25 @@ impl PointSummary {
     }
 }
 
-/// The class of chaos that no trajectory left.
+/// The class of a point at which no trajectory left chaos.
 pub(super) const CHAOTIC: &str = "chaotic";
-/// The class of chaos that some trajectories left.
+/// The class of a point at which some trajectories left chaos.
 pub(super) const TRANSIENT_CHAOS: &str = "transient_chaos";
 
-/// The life of a point's chaos, in mesh cycles.
+/// The lifetime of a point's chaos, in mesh cycles.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct ChaosLife {
-    /// Mean life; absent if no trajectory left chaos.
+    /// Mean lifetime; absent if no trajectory left chaos.
     pub mean: Option<f64>,
     /// Lower end of its 95 % interval; if no trajectory left chaos, a lower bound at 95 %.
     pub low: f64,
     /// Upper end of the interval; absent if no trajectory left chaos.
     pub high: Option<f64>,
-    /// Trajectories that left chaos.
+    /// Number of trajectories that left chaos.
     pub exits: u64,
-    /// Measured trajectories.
+    /// Number of measured trajectories.
     pub trajectories: Option<u64>,
-    /// The motion after the chaos, of the trajectories that left it.
+    /// The motions on which these trajectories ended, with their numbers: `periodic 3 (2), quasi_periodic
+    /// (1)`.
     pub ended_on: Option<String>,
 }

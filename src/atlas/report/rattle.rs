@@ -1,4 +1,4 @@
-//! Which mesh of a train rattles most?
+//! The meshes of a train, ranked by their rattle.
 
 use super::error::ReportError;
 use crate::store::{ResultTable, TableKind};
@@ -7,7 +7,7 @@ use crate::sweep::NO_FLANKS;
 use serde::Serialize;
 use std::path::Path;
 
-/// The column with Σ |δ'|/t of every contact.
+/// The column with the rattle index of every contact: the sum of |δ'| at its impacts, divided by time.
 const COLUMN: &str = "contact_rattle_index";
 
 /// Rattle of a mesh, or of another pair of contacts, over the points of a results folder.
@@ -23,7 +23,8 @@ pub struct Rattle {
     pub point_id: u64,
 }
 
-/// All meshes, the one with the largest mean first; empty if the contacts have no names or there is only one mesh.
+/// The rattle of all meshes, the largest mean first; empty if contacts have no names, or if there is only one
+/// mesh.
 ///
 /// # Errors
 /// A table cannot be read.
@@ -33,7 +34,8 @@ pub(super) fn ranked(folder: &Path, head: &ResultTable) -> Result<Vec<Rattle>, R
         return Ok(Vec::new());
     };
     let mut ranking: Vec<Rattle> = Vec::new();
-    // The index of each contact's mesh. The states of a dry slider do not rattle, nor do flanks that do not exist.
+    // For each contact, the index of its mesh in `ranking`. `None` for the states of a dry slider and for
+    // flanks that do not exist: they do not rattle.
     let places: Vec<Option<usize>> = (column.elements.iter())
         .map(|contact| {
             if is_of_slider(contact) || NO_FLANKS.contains(&contact.as_str()) {

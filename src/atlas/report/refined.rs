@@ -1,7 +1,7 @@
-//! Which computed point stands for each place of a refined plane?
+//! The computed points that represent the places of a refined plane.
 //!
-//! In an undivided cell, the nearest corner stands for a place. Thus a place always shows a computed result, never an
-//! interpolation.
+//! In an undivided cell, the nearest corner represents a place. Thus a picture always shows computed results,
+//! never interpolated ones.
 
 use std::collections::HashMap;
 
@@ -13,15 +13,15 @@ use crate::store::RefinedColumns;
 pub(super) struct Plane {
     /// Rows and columns of the finest grid.
     pub sides: [usize; 2],
-    /// Intervals of the finest grid between values of the undivided one.
+    /// Number of intervals of the finest grid per interval of the undivided grid.
     pub step: usize,
-    /// For every place, row by row, the index of the point that stands for it; `u32::MAX` if there is none, because the
-    /// run is unfinished.
+    /// For every place, row by row, the index of the point that represents it. `u32::MAX` if there is none,
+    /// because the run is unfinished.
     representatives: Vec<u32>,
 }
 
 impl Plane {
-    /// The plane of some points.
+    /// The plane with these points; its indices of points are positions in `points`.
     pub fn new<'p>(
         refined: &RefinedColumns,
         points: impl IntoIterator<Item = &'p PointSummary>,
@@ -51,7 +51,7 @@ impl Plane {
                 }
             }
         }
-        // A computed place stands for itself, also where it lies on the edge of a smaller cell.
+        // A computed place shows its own point, even if it lies on the edge of a smaller cell.
         for ([row, column], index) in point_indices {
             representatives[row * columns + column] = index;
         }
@@ -62,7 +62,7 @@ impl Plane {
         }
     }
 
-    /// The index of the point that stands for a place.
+    /// The index of the point that represents a place; `None` if there is none.
     pub fn at(&self, row: usize, column: usize) -> Option<usize> {
         let index = self.representatives[row * self.sides[1] + column];
         (index != u32::MAX).then_some(index as usize)
@@ -84,7 +84,7 @@ pub(super) fn complete(axes: &mut [Axis], refined: &RefinedColumns, points: &[Po
     }
 }
 
-/// Fills the gaps of a list by linear interpolation, and its ends with the first and the last value.
+/// Fills the gaps of a list by linear interpolation. Gaps at its ends get the first or the last known value.
 fn filled(values: &[Option<f64>]) -> Vec<f64> {
     let values_by_place: Vec<(usize, f64)> = (values.iter().enumerate())
         .filter_map(|(place, value)| Some((place, (*value)?)))

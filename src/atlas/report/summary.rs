@@ -1,8 +1,9 @@
-//! What does a results folder contain, in numbers? Counts, classes, the chaotic points, the worst residual.
-//! [`super::render`] turns it into text.
+//! The summary of a results folder in numbers: counts, classes, the chaotic points, the worst residual, and
+//! more. [`super::render`] turns it into text.
 //!
-//! The code makes one pass over the points, and a second one for the map. Its memory does not grow with the number of
-//! points. Pictures request all points.
+//! The code makes one pass over the points, and a second one for the map. Memory does not grow with the
+//! number of points, unless all points are kept. They are kept for pictures, attractors, orbits and refined
+//! grids.
 
 mod census;
 
@@ -44,30 +45,30 @@ pub struct Summary {
     pub job: Option<String>,
     /// Final state of the run (`interrupted` if any shard was); absent without a run record.
     pub state: Option<RunState>,
-    /// Shards found and expected of a split job.
+    /// Numbers of shards found and expected; absent if the job is not split.
     pub shards: Option<[usize; 2]>,
-    /// Rows of `points.parquet`.
+    /// Number of points in `points.parquet`.
     pub points: usize,
-    /// Points of the grid, from the run records.
+    /// Number of points of the complete run, from the run records; at least `points`.
     pub expected: u64,
     /// Points by status.
     pub statuses: BTreeMap<String, usize>,
     /// Points by kind of motion, the calmest first.
     pub classes: Vec<ClassCount>,
-    /// Mesh cycles integrated.
+    /// Number of mesh cycles integrated, over all points.
     pub cycles: u64,
     /// Wall time of the runs, summed over shards \[s\]; absent without a run record.
     pub wall_time: Option<f64>,
     /// Wall time per integrated cycle \[s\].
     pub wall_time_per_cycle: Option<f64>,
-    /// Time one worker spent on an integrated cycle \[s\].
+    /// Time of one worker per integrated cycle \[s\].
     pub worker_time_per_cycle: Option<f64>,
     /// The grid's axes, slowest first.
     pub axes: Vec<Axis>,
     /// Units of axes in the manifest, by name; empty without a run record.
     #[serde(skip)]
     pub units: BTreeMap<String, String>,
-    /// Axes that advance in step.
+    /// Tied axes: axes that advance in step.
     #[serde(skip)]
     pub tied: Tied,
     /// Whether some axes are distributions. Their values form no grid, so that maps over them are meaningless.
@@ -83,9 +84,9 @@ pub struct Summary {
     pub transition_counts: BTreeMap<String, usize>,
     /// Followed orbits; absent if there are none.
     pub followed: Option<FollowedSummary>,
-    /// Points with a largest exponent.
+    /// Number of points with a Lyapunov exponent.
     pub with_exponent: usize,
-    /// Chaotic points, including transient chaos.
+    /// Number of chaotic points, including transient chaos.
     pub chaotic_points: usize,
     /// The first of them, largest exponent first.
     pub chaotic: Vec<PointSummary>,
@@ -93,13 +94,13 @@ pub struct Summary {
     pub lifetimes: Lifetimes,
     /// Meshes of a train, the one that rattles most first; empty if there is only one.
     pub rattle: Vec<Rattle>,
-    /// Points whose motion does not settle and which therefore have averages with standard errors.
+    /// Number of points whose motion does not settle, so that their averages have standard errors.
     pub with_evidence: usize,
-    /// Points among them whose standard errors are not verified.
+    /// Number of these points whose standard errors are not verified.
     pub unverified_points: usize,
-    /// Points with a twin trajectory.
+    /// Number of points with a twin trajectory.
     pub with_twin: usize,
-    /// Points where twin and tangent disagree.
+    /// Number of points at which the exponents of the twin and of the tangent vectors disagree.
     pub twin_disagrees_points: usize,
     /// The first of them.
     pub twin_disagrees: Vec<PointSummary>,
@@ -114,13 +115,13 @@ pub struct Summary {
     pub branches: Vec<usize>,
     /// Periodic orbits; absent if the job did not search for them.
     pub orbits: Option<Orbits>,
-    /// Points with any status except ok.
+    /// Number of points with any status except `ok`.
     pub troubled_points: usize,
     /// The first of them.
     pub troubled: Vec<PointSummary>,
     /// The point with the largest energy residual, and the residual.
     pub worst_energy: Option<(u64, f64)>,
-    /// Points with an energy residual above `LARGEST_RESIDUAL`.
+    /// Number of points with an energy residual above `LARGEST_RESIDUAL`.
     pub open_balances: usize,
     /// Warnings of the runs.
     pub warnings: Vec<String>,
@@ -234,7 +235,7 @@ impl Summary {
         Ok(summary)
     }
 
-    /// Takes over the counts.
+    /// Copies the counts of the census into the summary.
     fn take_census(&mut self, census: Census) {
         self.points = census.points;
         self.statuses = census.statuses;
@@ -257,7 +258,7 @@ impl Summary {
         (self.coexisting_points).sort_by_key(|point| point.point_id);
     }
 
-    /// Takes over the data of the run records.
+    /// Copies the data of the run records into the summary.
     fn take_runs(&mut self, runs: &[RunRecord]) {
         let recorded: u64 = runs.iter().map(|run| run.totals.points).sum();
         self.expected = recorded.max(self.points as u64);
@@ -269,12 +270,14 @@ impl Summary {
         self.job = Some(shown(&first.job));
         self.shards = (first.shard).map(|shard| [runs.len(), shard.count as usize]);
         self.units = axis_units(first);
-        // After a restart, only the cycles of the last part count, because the wall time is that of the last part.
+        // The wall time of a resumed run is that of its last part, so that only the cycles of this part
+        // count.
         let integrated: u64 = runs.iter().map(|run| run.totals.cycles).sum();
         let wall_time = runs.iter().map(|run| run.totals.wall_time).sum();
         self.wall_time = Some(wall_time);
         self.wall_time_per_cycle = over(wall_time, integrated);
-        // The times of points that advance side by side overlap.
+        // Points that a worker integrates side by side overlap in time, so that the sum of their times is too
+        // large. It cannot exceed the wall time of all workers.
         let of_workers = |run: &RunRecord| run.totals.wall_time * f64::from(run.placement.threads);
         let most = over(runs.iter().map(of_workers).sum(), integrated);
         let known = self.worker_time_per_cycle.zip(most);

@@ -1,4 +1,4 @@
-//! The contents of a table file, for a reader at a terminal or for a program.
+//! The contents of a file of computed tables, as text for a terminal or as JSON.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -48,7 +48,7 @@ impl TableSummary {
     /// Reads a table file and checks every byte of it.
     ///
     /// # Errors
-    /// The file is damaged or does not fit; [`CacheFault`] gives the reason.
+    /// The file is damaged or cannot be used; [`CacheFault`] gives the reason.
     pub fn read(path: &Path) -> Result<Self, CacheFault> {
         let file = TableFile::open(path)?;
         let quantities: Vec<_> = match file.header.kind {

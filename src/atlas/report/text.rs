@@ -142,7 +142,8 @@ fn push_header(text: &mut String, summary: &Summary) {
     }
 }
 
-/// How a refined map was refined: by which criterion, how far, and from which undivided grid.
+/// The refinement of a grid as text: criterion, undivided grid, number of halvings, and the state from which
+/// points start.
 fn refined_words(summary: &Summary, refined: &RefinedColumns) -> String {
     let nested = refined.nested;
     let [rows, columns] = nested.sides(nested.levels);
@@ -229,7 +230,7 @@ fn push_energy(text: &mut String, summary: &Summary) {
     }
 }
 
-/// A warning if the energy balance closes too badly for the shown motion.
+/// A warning if the energy balance of some points has too large a residual for the digits shown.
 fn energy_warning(summary: &Summary) -> Option<String> {
     let (point_id, worst) = summary.worst_energy?;
     let open = summary.open_balances;
@@ -242,7 +243,7 @@ fn energy_warning(summary: &Summary) -> Option<String> {
     })
 }
 
-/// A warning if standard errors were read before their coverage was known.
+/// A warning if some standard errors come from too few cycles for verified coverage.
 fn errors_warning(summary: &Summary) -> Option<String> {
     let unverified = summary.unverified_points;
     (unverified > 0).then(|| {
@@ -269,11 +270,11 @@ fn push_troubled(text: &mut String, summary: &Summary) {
     );
 }
 
-/// λ with its standard error, to the digits that the error justifies.
+/// λ with its standard error, rounded to two digits of the error.
 fn exponent(point: &PointSummary) -> String {
     match (point.lambda, point.stderr) {
         (Some(lambda), Some(stderr)) if stderr > 0.0 => {
-            // Two digits of the error.
+            // Decimals that show two digits of the error.
             let digits = (1.0 - stderr.log10().floor()).clamp(0.0, 12.0) as usize;
             format!("λ = {lambda:.digits$} ± {stderr:.digits$}")
         }

@@ -1,17 +1,17 @@
-//! Which axes of results advance in step, and which of them do maps and curves use?
+//! Tied axes: axes of results that advance in step. The code also chooses which of them maps and curves use.
 
 use super::point::Axis;
 use crate::store::ResultTable;
 use std::cmp::Reverse;
 
-/// Tied axes span a plane if at least one in `FILLED` of its cells has a point.
+/// Two tied axes span a plane if at least one in `FILLED` of the combinations of their values has a point.
 const FILLED: usize = 2;
 
-/// Indices of axes that advance in step.
+/// A group of tied axes, by their indices. The axis with most values is first.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Group {
     axes: Vec<usize>,
-    /// Two of the axes whose combinations of values mostly have points. They count as untied.
+    /// Two of the axes that span a plane, if there are such. They then count as untied.
     plane: Option<[usize; 2]>,
 }
 
@@ -20,7 +20,7 @@ struct Group {
 pub struct Tied(Vec<Group>);
 
 impl Tied {
-    /// Reads the tied axes from the head of a table with `points` points.
+    /// The tied axes from the metadata of a table with `points` points.
     pub(super) fn of(head: &ResultTable, axes: &[Axis], points: usize) -> Self {
         let groups: Vec<Vec<String>> = (head.metadata("tied"))
             .and_then(|text| serde_json::from_str(text).ok())
@@ -42,7 +42,7 @@ impl Tied {
         let all = groups.iter().filter_map(longest).product::<usize>() * untied;
         let group = |mut group_axes: Vec<usize>| {
             let others = all / longest(&group_axes).unwrap_or(1);
-            // The axis with most values comes first; if several have equally many, the fastest.
+            // The axis with most values comes first. If several have equally many, the fastest axis does.
             group_axes.sort_by_key(|&axis| Reverse((length(axis), axis)));
             let plane = match group_axes[..] {
                 [first, second, ..] => Some([second, first]),
@@ -58,7 +58,9 @@ impl Tied {
         Self(groups.iter().cloned().map(group).collect())
     }
 
-    /// The fixed axes if some axes are free: all others except those tied to the free ones.
+    /// Indices of the fixed axes if the axes `free` vary; `axes` is the number of all axes. These are all
+    /// others, except axes tied to a free one, and except axes of a group with a plane that lie outside this
+    /// plane.
     pub(super) fn fixed_axes(&self, axes: usize, free: &[usize]) -> Vec<usize> {
         let with = |axis: usize, group: &Group| {
             group.axes.contains(&axis)

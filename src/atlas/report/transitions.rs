@@ -1,4 +1,4 @@
-//! Where does the motion change along a sweep, and between which values?
+//! Changes of motion along a sweep, each between two values of the swept axis.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ pub struct TransitionSummary {
     pub classes: [String; 2],
     /// Period of the motion before and after the change, if it has one.
     pub periods: [Option<u64>; 2],
-    /// The changing quantity: `class`, `period` or `deflection`.
+    /// The quantity that changes: `class`, `period` or `deflection`.
     pub what: String,
     /// RMS of the deflection before and after a jump \[m\].
     pub deflection_rms: [Option<f64>; 2],

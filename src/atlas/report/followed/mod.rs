@@ -1,4 +1,4 @@
-//! Which followed orbits are in a folder? Reads the branches, bifurcations and curves that `atlas follow` wrote.
+//! Followed orbits of a folder: the tables of branches, bifurcations and curves that `atlas follow` wrote.
 
 mod summary;
 
@@ -12,25 +12,25 @@ use crate::store::{ResultTable, TableKind, table_path};
 
 pub use summary::FollowedSummary;
 
-/// The three tables of followed orbits.
+/// The three tables of followed orbits, in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Followed {
     pub job: Option<String>,
-    /// The axes, with the values at which orbits exist.
+    /// The axes, each with the values that occur among the orbits, ascending.
     pub axes: Vec<Axis>,
     /// Units of the axes in the manifest, by name.
     pub units: BTreeMap<String, String>,
     /// Index of the axis over which orbits are followed.
     pub over: usize,
-    /// Index of the second axis of curves.
+    /// Index of the second axis of the bifurcation curves; `None` without curves.
     pub second: Option<usize>,
-    /// Indices of the axes that are expressions of these two.
+    /// Indices of the axes whose values are expressions of these two axes.
     derived: Vec<usize>,
-    /// Orbits of every branch, in order.
+    /// Orbits of every branch, by the number of the branch, in order along it.
     pub branches: BTreeMap<u64, Vec<Orbit>>,
     /// Bifurcations of all branches, and their ends.
     pub bifurcations: Vec<Bifurcation>,
-    /// Points of every curve, in order.
+    /// Bifurcation curves, by their numbers.
     pub curves: BTreeMap<u64, Curve>,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Orbit {
     /// Period in mesh cycles.
     pub period: u64,
     pub stable: bool,
-    /// Contact changes, in order.
+    /// Changes of contact over a period, in order.
     pub sequence: String,
     /// Root mean square deflection \[m\].
     pub rms: f64,
@@ -66,7 +66,7 @@ pub(super) struct Bifurcation {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Curve {
     pub kind: String,
-    /// Values of all axes, and the note, of every point.
+    /// Points along the curve: the value of every axis, and a note, if any.
     pub points: Vec<(Vec<f64>, Option<String>)>,
 }
 
@@ -76,8 +76,8 @@ impl Bifurcation {
         self.kind == "end"
     }
 
-    /// Why the branch ends, without the place and the origin of the branch. `None` if the branch was to be followed in
-    /// one direction only.
+    /// The reason for the end of the branch, without the place and the origin of the branch. `None` if this
+    /// is no end, or if it is the first orbit of a branch that is followed in one direction only.
     pub fn end(&self) -> Option<&str> {
         let reason = self.detail.split("; from ").next()?.split(": ").next()?;
         (self.is_end() && reason != "its first orbit").then_some(reason)
@@ -85,8 +85,8 @@ impl Bifurcation {
 }
 
 impl Curve {
-    /// Points of codimension two on the curve, with their notes. Notes at the ends of a curve are excluded, because
-    /// they give the reason for the end. Notes on a curve of the onset of rattle are excluded too.
+    /// Bifurcations of codimension two on the curve: values of the axes, and the note. A note at an end of a
+    /// curve is excluded, because it gives the reason for the end. A curve of the onset of rattle has none.
     pub fn codimension_two(&self) -> impl Iterator<Item = (&[f64], &str)> {
         let inner = self.points.len().saturating_sub(1);
         let points = self.points.iter().take(inner).skip(1);
@@ -95,10 +95,10 @@ impl Curve {
     }
 }
 
-/// Values of the axes that are fixed in a picture or a comparison.
+/// The axes that are fixed in a picture, with their values.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct FixedValues {
-    /// Name and value of each.
+    /// Name and value of each fixed axis.
     pub values: Vec<(String, f64)>,
     places: Vec<usize>,
 }
@@ -267,7 +267,7 @@ fn curves(folder: &Path, names: &[String]) -> Result<BTreeMap<u64, Curve>, Repor
     Ok(curves)
 }
 
-/// Columns without nulls, and the values of the axes row by row.
+/// Access to the columns of a table in which nulls are errors, and the values of the axes, row by row.
 struct Rows<'t> {
     folder: &'t Path,
     table: &'t ResultTable,

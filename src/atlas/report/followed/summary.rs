@@ -17,19 +17,19 @@ pub struct FollowedSummary {
     pub second: Option<String>,
     /// Smallest and largest value of the followed axis among the orbits.
     pub range: [f64; 2],
-    /// Combinations of values of the other axes.
+    /// Number of combinations of values of the other axes.
     pub lines: usize,
-    /// Branches.
+    /// Number of branches.
     pub branches: usize,
-    /// Orbits on the branches.
+    /// Number of orbits on the branches.
     pub orbits: usize,
-    /// Stable orbits among them.
+    /// Number of stable orbits among them.
     pub stable_orbits: usize,
     /// Bifurcations by kind.
     pub bifurcations: BTreeMap<String, usize>,
-    /// Neighbours on a branch with different contact sequences.
+    /// Number of pairs of neighbouring orbits on a branch with different contact sequences.
     pub changes_of_sequence: usize,
-    /// Reasons for the ends of branches.
+    /// Ends of branches by reason.
     pub ends: BTreeMap<String, usize>,
     /// Curves by kind.
     pub curves: BTreeMap<String, usize>,

@@ -1,4 +1,4 @@
-//! A machine's description and its figures in words.
+//! The description of a machine and its measured figures, as text.
 
 use crate::report::numbers::plural;
 use crate::report::size_text;

@@ -1,7 +1,7 @@
-//! Arrays as text within a page: little-endian, byte plane after byte plane, deflated, in base64.
+//! Arrays as text in a page: little-endian bytes, one byte plane after the other, deflated, in base64.
 //!
-//! Neighbours of a column mostly agree in their leading bytes, so that byte planes compress better than a sequence of
-//! whole numbers. Browsers can inflate the zlib format without a library.
+//! Neighbouring values of a column mostly have equal leading bytes. Therefore byte planes compress better
+//! than a sequence of whole values. Browsers can inflate the zlib format without a library.
 
 use std::io::Write;
 
@@ -14,13 +14,13 @@ use flate2::write::ZlibEncoder;
 #[derive(Debug, Default)]
 pub(super) struct Blocks {
     texts: Vec<String>,
-    /// Whether the first picture needs them.
+    /// Whether the first picture of the page needs the array.
     is_first: Vec<bool>,
     bytes: u64,
 }
 
 impl Blocks {
-    /// Appends the output of [`packed`]; returns its number.
+    /// Adds an array, the output of [`packed`]; returns its number.
     pub fn push(&mut self, packed: String) -> usize {
         self.bytes += packed.len() as u64;
         self.texts.push(packed);
@@ -33,7 +33,7 @@ impl Blocks {
         self.is_first[from..].fill(true);
     }
 
-    /// Characters of all arrays.
+    /// Number of characters of all arrays.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -43,8 +43,8 @@ impl Blocks {
         self.texts.len()
     }
 
-    /// Appends elements with the arrays that the first picture needs, or with the others, in the order of their
-    /// numbers. Consumes their texts.
+    /// Appends the arrays that the first picture needs (`first`), or all others, as elements of the page, in
+    /// the order of their numbers. Consumes their texts.
     pub fn write(&mut self, first: bool, html: &mut String) {
         let all = self.texts.iter_mut().zip(&self.is_first).enumerate();
         for (number, (text, _)) in all.filter(|(_, (_, is_first))| **is_first == first) {
@@ -55,17 +55,17 @@ impl Blocks {
     }
 }
 
-/// Numbers; NaN stands for a missing one.
+/// Packs numbers; a missing number is NaN.
 pub(super) fn numbers(values: &[f64]) -> String {
     packed(&planes(values.iter().map(|value| value.to_le_bytes())))
 }
 
-/// Whole numbers below 2³².
+/// Packs whole numbers below 2³².
 pub(super) fn codes(values: &[u32]) -> String {
     packed(&planes(values.iter().map(|value| value.to_le_bytes())))
 }
 
-/// Texts, as a JSON list.
+/// Packs texts, as a JSON list.
 pub(super) fn texts(values: &[String]) -> String {
     packed(serde_json::json!(values).to_string().as_bytes())
 }

@@ -1,4 +1,4 @@
-//! The columns of a table while they are read for a page, and as arrays of the page.
+//! Columns of a table for a page: while they are read, and as packed arrays.
 
 use std::collections::HashMap;
 
@@ -7,24 +7,24 @@ use serde_json::{Value, json};
 use super::block;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError};
 
-/// The length that stands for a missing list.
+/// The stored length of a missing list.
 const NO_LIST: u32 = u32::MAX;
 
-/// Numbers of a column that are packed to estimate its size.
+/// Number of values that are packed to estimate the packed size of a column.
 const PART: usize = 1 << 15;
 
 /// The values of a column.
 #[derive(Debug)]
 enum Values {
-    /// NaN if there is none.
+    /// One number per row; NaN if the row has none.
     Numbers(Vec<f64>),
-    /// Indices in `texts` from 1; 0 if there is none.
+    /// `codes`: for each row, the position of its text in `texts`, from 1; 0 if the row has none.
     Texts {
         codes: Vec<u32>,
         texts: Vec<String>,
         places: HashMap<String, u32>,
     },
-    /// Lists one after the other.
+    /// The elements of all lists, one list after the other.
     Lists {
         lengths: Vec<u32>,
         elements: Vec<f64>,
@@ -38,16 +38,16 @@ pub(super) struct PartialColumn {
     values: Values,
 }
 
-/// A column as texts for [`super::block::Blocks`], and its description for the page.
+/// A column as packed arrays for [`super::block::Blocks`], with its description for the page.
 pub(super) struct Packed {
     head: ColumnHead,
     arrays: Vec<(&'static str, String)>,
-    /// Elements of the longest list.
+    /// Number of elements of the longest list.
     longest: usize,
 }
 
 impl Packed {
-    /// Characters of its arrays.
+    /// Number of characters of its arrays.
     pub fn bytes(&self) -> u64 {
         self.arrays.iter().map(|(_, text)| text.len() as u64).sum()
     }
@@ -97,7 +97,7 @@ impl PartialColumn {
         Self { head, values }
     }
 
-    /// Appends the `wanted` rows of a part of the table.
+    /// Appends the rows of a part of the table for which `wanted` is true.
     ///
     /// # Errors
     /// The part has no such column.
@@ -166,7 +166,7 @@ impl PartialColumn {
         }
     }
 
-    /// Reorders its rows, or removes some: `rows` are their present indices.
+    /// Keeps only the given rows, in this order; `rows` are their present indices.
     pub fn rearrange(&mut self, rows: &[usize]) {
         match &mut self.values {
             Values::Numbers(values) => *values = rows.iter().map(|&row| values[row]).collect(),
@@ -189,7 +189,7 @@ impl PartialColumn {
         }
     }
 
-    /// Estimated characters of its arrays, extrapolated from a part of its numbers.
+    /// Estimated number of characters of its arrays, extrapolated from a part of its numbers; 0 for texts.
     pub fn likely_bytes(&self) -> u64 {
         let (Values::Numbers(values)
         | Values::Lists {

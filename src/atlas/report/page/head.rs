@@ -1,4 +1,5 @@
-//! The description of a results folder in a page besides its tables: axes, kinds of motion, records of runs.
+//! The head of a page: what it needs to know of a results folder besides the tables, such as axes, kinds of
+//! motion and records of runs.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -66,7 +67,7 @@ pub(super) fn of_results(
         })
         .collect();
     let all = 0..axes.len();
-    // The fixed axes, for each axis or pair of axes that a picture varies.
+    // The fixed axes for every pair of axes that a picture varies; equal indices are a picture over one axis.
     let held: Vec<Vec<Vec<usize>>> = (all.clone())
         .map(|first| {
             (all.clone())
@@ -125,7 +126,8 @@ pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
     Ok(json!({ "job": head.metadata("job") }))
 }
 
-/// Adds the parts that all folders have: records, descriptions of the trace, this program, colours.
+/// Adds to the head what all kinds of folders have: records of runs, metadata of a trace, this program,
+/// colours.
 ///
 /// # Errors
 /// A table cannot be read.

@@ -1,9 +1,9 @@
 //! One HTML file that explores a results folder: it needs no other file and no network, only a browser.
 //!
-//! The page consists of a skeleton (`assets/page.html`) with styles and programs, the library of plots
-//! [uPlot](https://github.com/leeoniya/uPlot) (MIT, `vendor/`), and the tables of the folder as arrays. Its programs
-//! only display. All counts, classes and summaries come from the code of `atlas show` and `atlas plot`. The same folder
-//! gives the same bytes.
+//! The page consists of a skeleton (`assets/page.html`) with styles and JavaScript programs, the plot library
+//! [uPlot](https://github.com/leeoniya/uPlot) (MIT, `vendor/`), and the tables of the folder as arrays. The
+//! JavaScript only displays: all counts, classes and summaries come from the code of `atlas show` and
+//! `atlas plot`. The same folder gives the same bytes.
 
 mod block;
 mod columns;
@@ -24,7 +24,7 @@ use crate::store::{
 use block::Blocks;
 use table::{Embedded, embed, embed_points};
 
-/// The skeleton, with a place for each of the parts below.
+/// The skeleton, with a placeholder `{{name}}` for each part of the page.
 const PAGE: &str = include_str!("assets/page.html");
 
 /// Styles: first those of the library, then those of the page.
@@ -36,7 +36,7 @@ const STYLES: [&str; 2] = [
 /// Licence of the library.
 const LICENCE: &str = include_str!("vendor/LICENSE-uPlot.txt");
 
-/// Programs: first the library, then those of the page, one per view, in the order of their dependencies.
+/// JavaScript programs: first the library, then those of the page, in the order of their dependencies.
 const PROGRAMS: [&str; 13] = [
     include_str!("vendor/uPlot-1.6.32.iife.min.js"),
     include_str!("assets/data.js"),
@@ -56,7 +56,7 @@ const PROGRAMS: [&str; 13] = [
 /// Options of a page.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PageRequest {
-    /// Limit for the characters of the tables; skeleton, programs and records are additional.
+    /// Largest number of characters of all tables; skeleton, programs and records are additional.
     pub most_bytes: u64,
 }
 
@@ -78,8 +78,9 @@ pub struct ResultsPage {
     pub left_out: Vec<String>,
 }
 
-/// Makes the page of a folder that `atlas run`, `atlas follow` or `atlas trace` wrote. Points, followed orbits and
-/// small tables come first. The other tables share the remaining room equally.
+/// The page of a folder that `atlas run`, `atlas follow` or `atlas trace` wrote. The points get at most three
+/// quarters of the room. The other tables share the remaining room equally, and what a small table does not
+/// use goes to later ones.
 ///
 /// # Errors
 /// There are no results in the folder, or they cannot be read, or are not what was written.
@@ -103,7 +104,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         let points = table_path(folder, TableKind::Points, None);
         return Err(StoreError::missing(folder, points).into());
     };
-    // The first picture, the map, needs the axes and motions.
+    // The first picture, the map, needs the axes and the kinds of motion.
     blocks.mark_for_first_picture(0);
     head::complete(&mut header, &runs, folder, holds(TableKind::Trace))?;
     if holds(TableKind::Basins) {
@@ -117,7 +118,7 @@ pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, 
         left_out.extend(embedded.left_out);
     };
     if holds(TableKind::Points) {
-        // A quarter of the room is for the tables with details of single points.
+        // A quarter of the room is kept for the tables with details of single points.
         let most = request.most_bytes - request.most_bytes / 4;
         take(embed_points(folder, &axes(&header), most, &mut blocks)?);
     }
@@ -193,7 +194,7 @@ fn written(header: &Value, mut blocks: Blocks) -> String {
     html + rest
 }
 
-/// A text as the content of an element.
+/// A text, escaped for use as the content of an HTML element.
 fn in_html(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

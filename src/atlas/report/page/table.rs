@@ -1,7 +1,8 @@
-//! How does a table of a results folder fit into the room of a page?
+//! Tables of a results folder in a page of limited size.
 //!
-//! A table of points loses the last columns that do not fit. Other tables keep all rows of some points: one of two, of
-//! four, and so on, so that the data of a point stay complete. Tables without points keep a part of their rows.
+//! The table of points keeps all rows and omits the columns that do not fit. Other tables keep all rows of
+//! some points: of one in two, one in four, and so on, so that the data of a point stay complete. Tables
+//! without `point_id` keep a part of their rows in the same way.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,21 +14,21 @@ use super::columns::{Packed, PartialColumn};
 use crate::report::numbers::plural;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
-/// Columns of a table of points that a page needs.
+/// Columns of the table of points that a page always contains.
 const NEEDED: [&str; 5] = ["point_id", "status", "reason", "class", "period"];
 
-/// Columns besides the axes that the first picture of points shows.
+/// Columns besides the axes that the first picture of the points needs.
 const SHOWN_FIRST: [&str; 3] = ["lambda_max", "errors_verified", "direction"];
 
-/// Numbers of a table of points that are read at a time: 32 MB.
+/// Number of values of the table of points that are read at a time: 32 MB.
 const NUMBERS_AT_A_TIME: usize = 1 << 22;
 
-/// Data that are read may exceed their room by this factor, because packing shrinks them.
+/// Assumed ratio of the size of data in memory to their packed size.
 const SHRINKS: u64 = 4;
 
 /// A table in the form for a page.
 pub(super) struct Embedded {
-    /// For the page: name, rows, columns.
+    /// Description for the head of the page: name, numbers of rows, columns.
     pub description: Value,
     /// Description of the parts that did not fit.
     pub left_out: Option<String>,
@@ -36,18 +37,18 @@ pub(super) struct Embedded {
 /// The rows of a table that a page has room for.
 struct Rows {
     columns: Vec<PartialColumn>,
-    /// The keys that select rows: the point, or else the number of the row.
+    /// For each kept row, the key that decides whether it is kept: `point_id`, or else the number of the row.
     keys: Vec<u64>,
-    /// All points that have rows; empty if rows do not belong to points.
+    /// All points with rows in the table, kept or not; empty if rows do not belong to points.
     points: BTreeSet<u64>,
-    /// Rows of the table.
+    /// Number of rows of the whole table.
     all: u64,
-    /// One of `2^thinned` is kept.
+    /// One key in `2^thinned` is kept.
     thinned: u32,
 }
 
-/// Whether a point or a row is among the one of `2^thinned` that are kept. The numbers are hashed, so that the
-/// selection follows no axis of a grid.
+/// Whether a point or a row is kept if about one key in `2^thinned` is kept. The key is hashed, so that the
+/// kept points form no pattern along an axis of the grid.
 fn is_kept(key: u64, thinned: u32) -> bool {
     // The golden ratio times 2^64 (Knuth 1998, section 6.4).
     let scattered = key.wrapping_mul(0x9e37_79b9_7f4a_7c15);
@@ -104,7 +105,7 @@ impl Rows {
         self.columns.iter().map(PartialColumn::bytes).sum()
     }
 
-    /// Keeps every second of the kept points or rows on average; none if only one was left.
+    /// Keeps about half of the kept points or rows; after 64 halvings, none.
     fn thin(&mut self) {
         self.thinned += 1;
         let kept_rows: Vec<usize> = (0..self.keys.len())
@@ -137,8 +138,8 @@ impl Rows {
     }
 }
 
-/// Embeds a table of points, in the order of their numbers: all its rows, and the columns that fit. Columns are read in
-/// small groups, because all columns of a million points take a gigabyte of memory.
+/// Embeds the table of points, in ascending `point_id`: all its rows, and the columns that fit. Columns are
+/// read in small groups, because all columns of a million points take a gigabyte of memory.
 ///
 /// # Errors
 /// The table cannot be read.
@@ -174,7 +175,7 @@ pub(super) fn embed_points(
                 empty.push(name);
                 continue;
             }
-            // Packing takes most of the time: skip columns that will hardly fit.
+            // Packing takes most of the time. Skip a column that is unlikely to fit.
             let likely = needed || column.likely_bytes() <= 2 * bytes_left;
             let packed = likely.then(|| column.packed());
             match packed.filter(|packed| needed || packed.bytes() <= bytes_left) {
@@ -204,7 +205,7 @@ pub(super) fn embed_points(
     })
 }
 
-/// Indices of the rows of a table of points, in the order of their numbers.
+/// Indices of the rows of the table of points, in ascending `point_id`.
 fn point_order(folder: &Path) -> Result<Vec<usize>, StoreError> {
     let mut ids = Vec::new();
     ResultTable::scan(folder, TableKind::Points, &["point_id"], |part| {

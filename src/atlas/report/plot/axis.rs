@@ -1,7 +1,7 @@
 //! An axis of a panel: its range, its ticks, and a label with name and unit.
 //!
-//! Values stay in SI. Ticks and label are shown in a scaled unit (µm, kN, 10⁶ …), chosen so
-//! that the largest value shown has one to three digits before the point.
+//! Values are in SI. Ticks and label are in a scaled unit (µm, kN, 10⁶ …), chosen so that the largest shown
+//! value has one to three digits before the point.
 
 use crate::report::numbers::{number, to_digits};
 
@@ -25,10 +25,10 @@ const LARGEST: f64 = 1e290;
 /// A range whose larger end is smaller than this is drawn as zero.
 const SMALLEST: f64 = 1e-290;
 
-/// Relative width of a range below which the texts of neighbouring ticks would be equal.
+/// Smallest relative width of a range. In narrower ranges, neighbouring ticks would have equal texts.
 const NARROWEST: f64 = 1e-9;
 
-/// Largest number of even ticks that is tried if fewer leave only one.
+/// Largest number of evenly spaced ticks that is requested when smaller numbers give only one tick.
 const MOST_WANTED: usize = 8;
 
 /// Largest distance of a position beyond a panel, in sides of the panel.
@@ -37,14 +37,14 @@ const FARTHEST_OUTSIDE: f64 = 20.0;
 /// A range of values along one side of a panel.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
-    /// Name and shown unit.
+    /// Label: the name with the shown unit.
     pub label: String,
     low: f64,
     high: f64,
     logarithmic: bool,
-    /// Ticks are powers of two, in KiB, MiB …
+    /// Whether ticks are at powers of two, in KiB, MiB, …
     binary: bool,
-    /// Shown value over SI value.
+    /// Factor from SI to the shown unit.
     factor: f64,
     /// Unit of shown values.
     unit: String,
@@ -66,7 +66,8 @@ impl Axis {
         }
     }
 
-    /// A logarithmic axis over `low..=high`, both positive; over some decades if they are not.
+    /// A logarithmic axis over `low..=high`. If `low` is not positive, the axis begins six decades below
+    /// `high`.
     pub fn logarithmic(name: &str, unit: &str, range: [f64; 2]) -> Self {
         let [low, high] = positive(range);
         Self {
@@ -115,8 +116,8 @@ impl Axis {
         self
     }
 
-    /// Position of a value: 0 at the low end, 1 at the high end. Clamped far beyond the ends, where nothing is visible.
-    /// NaN for NaN.
+    /// Position of a value: 0 at the low end, 1 at the high end. It is clamped far beyond the ends, where
+    /// nothing is visible. NaN for NaN, and for a negative value on a logarithmic axis.
     pub fn fraction(&self, value: f64) -> f64 {
         let fraction = if self.logarithmic {
             (value / self.low).ln() / (self.high / self.low).ln()
@@ -133,7 +134,8 @@ impl Axis {
         }
         if self.logarithmic {
             let ticks = self.decade_ticks(wanted);
-            // A range within a decade may contain at most one tick at 1, 2 or 5. It gets even ticks instead.
+            // A range within one decade may contain no tick at 1, 2 or 5, or only one. It gets evenly spaced
+            // ticks instead.
             if ticks.len() > 1 || self.high > 10.0 * self.low {
                 return ticks;
             }
@@ -147,7 +149,7 @@ impl Axis {
         let digits = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
         let first = (low / step - 1e-9).ceil() as i64;
         let last = (high / step + 1e-9).floor() as i64;
-        // One tick gives no scale.
+        // A single tick does not show the scale: request one more.
         if first >= last && wanted < MOST_WANTED {
             return self.even_ticks(wanted + 1);
         }
@@ -219,7 +221,8 @@ impl Axis {
     }
 }
 
-/// Factor from SI to a unit in which `largest` reads well, and that unit.
+/// The scaled unit for values up to `largest`, given in the SI unit `unit`: the factor from SI, and the unit
+/// as text.
 pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     let readable = if unit.is_empty() || unit == "1" {
         "–".to_owned()
@@ -240,7 +243,7 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     if (1e-3..1e5).contains(&largest) {
         return (1.0, readable);
     }
-    // For the smallest numbers the power itself would overflow.
+    // The clamp keeps the power of ten finite for the smallest numbers.
     let exponent = 3 * (largest.log10() / 3.0).floor().clamp(-100.0, 100.0) as i32;
     let power = power_of_ten(exponent);
     let shown = match unit {
@@ -250,7 +253,7 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     (10f64.powi(-exponent), shown)
 }
 
-/// A value with a unit in which it reads well: `12.5 µm`.
+/// A value in a scaled unit, with four digits and the unit: `12.5 µm`.
 pub(super) fn value_words(value: f64, unit: &str) -> String {
     let (factor, unit) = scaled_unit(unit, value.abs());
     let shown = minus(number(value * factor));
@@ -260,7 +263,7 @@ pub(super) fn value_words(value: f64, unit: &str) -> String {
     }
 }
 
-/// The least and the greatest value with one unit: `1.2 … 12.5 µm`.
+/// A range of values in one scaled unit: `1.2 … 12.5 µm`.
 pub(super) fn span_words([low, high]: [f64; 2], unit: &str) -> String {
     let (factor, shown) = scaled_unit(unit, low.abs().max(high.abs()));
     let [low, high] = [low, high].map(|value| minus(to_digits(value * factor, 3)));
@@ -286,7 +289,7 @@ fn power_of_ten(exponent: i32) -> String {
     )
 }
 
-/// With a true minus sign, and no minus before zero.
+/// A number with a true minus sign, but without a sign before zero.
 fn minus(text: String) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
@@ -317,7 +320,7 @@ fn ordered([low, high]: [f64; 2]) -> [f64; 2] {
 fn positive(range: [f64; 2]) -> [f64; 2] {
     let [low, high] = ordered(range);
     let high = if high > SMALLEST { high } else { 1.0 };
-    // A range to zero starts six decades lower: smaller values are not visible anyway.
+    // A range that begins at or below zero gets six decades: smaller values are not visible anyway.
     let low = if low > SMALLEST { low } else { 1e-6 * high };
     if low < high * (1.0 - NARROWEST) {
         [low, high]

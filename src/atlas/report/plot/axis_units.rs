@@ -1,4 +1,4 @@
-//! In which units are axes of a grid shown?
+//! The units in which pictures show the axes of a grid.
 
 use std::collections::BTreeMap;
 
@@ -6,12 +6,13 @@ use super::axis::{Axis, value_words};
 use super::display::Unit;
 use crate::report::Axis as GridAxis;
 
-/// Units by the name of the axis; others are shown in SI.
+/// Units of axes, by the name of the axis. All other axes are shown in SI.
 #[derive(Debug, Default)]
 pub(super) struct AxisUnits(BTreeMap<String, Unit>);
 
 impl AxisUnits {
-    /// Each axis gets the first requested unit that fits it, else its unit in the manifest.
+    /// The units of `axes`: the first of `requested` that fits the axis, else its unit in the manifest,
+    /// `written`.
     pub fn new(
         axes: &[GridAxis],
         written: &BTreeMap<String, String>,
@@ -27,7 +28,8 @@ impl AxisUnits {
         Self(shown.collect())
     }
 
-    /// An axis of a picture, made from its name and SI unit.
+    /// The axis of a picture for a grid axis. `make` makes it from name and SI unit; then it gets the shown
+    /// unit.
     pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
         let made = make(&axis.name, &axis.unit);
         match self.0.get(&axis.name) {
@@ -36,7 +38,7 @@ impl AxisUnits {
         }
     }
 
-    /// `speed 6000 rpm`.
+    /// A value of an axis as text: `speed 6000 rpm`.
     pub fn words(&self, axis: &GridAxis, value: f64) -> String {
         match self.0.get(&axis.name) {
             Some(unit) => unit.words(&axis.name, value),

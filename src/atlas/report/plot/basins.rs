@@ -1,4 +1,4 @@
-//! A slice of initial states: to which attractor does each lead?
+//! Basins of attraction: a slice of initial states, each in the colour of the attractor to which it leads.
 
 use std::collections::BTreeMap;
 
@@ -20,14 +20,15 @@ const MARGIN: f64 = LEFT + SIDE + 28.0;
 /// Largest number of entries in the key.
 const MOST_ENTRIES: usize = 10;
 
-/// How the motion from a cell ended: on the attractor with this number, or with this status.
+/// The end of the motion from a cell: the number of its attractor, or the status of a motion that reached
+/// none.
 type Ending = Result<u64, String>;
 
 /// A cell of a slice.
 struct Cell {
     /// Column and row.
     at: [u64; 2],
-    /// Centre \[m; the second of a phase plane m/s\].
+    /// Centre \[m; in a phase plane, the second coordinate in m/s\].
     centre: Place,
     ending: Ending,
 }
@@ -104,14 +105,15 @@ fn cells(table: &ResultTable) -> Result<BTreeMap<u64, Vec<Cell>>, PlotError> {
     Ok(slices)
 }
 
-/// `axes`: name and unit of each.
+/// Draws the cells of a slice and the strobe states of the attractors. `axes` has the name and the unit of
+/// each axis.
 fn draw_slice(
     canvas: &mut Canvas,
     axes: &[[String; 2]; 2],
     cells: &[Cell],
     attractors: &[&Attractor],
 ) {
-    // From centres to edges: the outermost centres lie half a cell inside.
+    // The edge lies half a cell beyond the centres of the outermost cells. The slice is symmetric about zero.
     let count = cells.iter().map(|cell| cell.at[0]).max().unwrap_or(0) as f64 + 1.0;
     let extent = [0, 1].map(|axis| {
         let centres = cells.iter().map(|cell| cell.centre[axis]);
@@ -122,7 +124,7 @@ fn draw_slice(
         Axis::linear(name, unit, [-extent[i], extent[i]])
     };
     let panel = Panel::new([LEFT, LEFT + SIDE], [TOP, TOP + SIDE], axis(0), axis(1));
-    // Draw ticks and grid first: the cells cover the grid.
+    // Ticks and grid lines come first, so that the cells cover the grid lines.
     panel.frame(canvas, true);
     let side = SIDE / count;
     let mut start = 0;
@@ -155,7 +157,7 @@ fn shade(ending: &Ending) -> super::canvas::Colour {
     }
 }
 
-/// A mark at an attractor's strobe state.
+/// Draws a mark at the strobe state of an attractor.
 fn mark(canvas: &mut Canvas, at: Place, attractor: usize) {
     canvas.disc(at, 7.0, INK);
     canvas.disc(at, 5.6, WHITE);

@@ -1,5 +1,5 @@
-//! The bifurcation diagram: Poincaré samples over one axis, a panel for each direction of a sweep, with the kind of
-//! motion as a strip below it, and λ at the bottom.
+//! The bifurcation diagram: Poincaré samples over one axis, and λ in a panel at the bottom. Sweeps in two
+//! directions have a panel each, with the kind of motion as a strip below it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -27,7 +27,7 @@ const STRIP: f64 = 9.0;
 /// Colour of lines at changes of motion.
 const CHANGE: Colour = Colour(0x8c, 0x8c, 0x8c);
 
-/// Samples of all points for the strobe panels.
+/// Poincaré samples of all points.
 struct Samples {
     /// By `point_id`.
     values: BTreeMap<u64, Vec<f64>>,
@@ -163,7 +163,8 @@ fn strobe_panel(
     }
     let count = sweep.points.len() as f64;
     let radius = (0.14 * (RIGHT - LEFT) / count.max(1.0)).clamp(0.8, 2.0);
-    // Samples on the same half pixel are drawn once: a settled orbit has one or two dots.
+    // Samples on the same half pixel are drawn once. Otherwise a periodic motion would have hundreds of equal
+    // dots.
     let mut taken = BTreeSet::new();
     for point in &sweep.points {
         for value in samples.of(point) {
@@ -179,7 +180,8 @@ fn strobe_panel(
     }
 }
 
-/// The kind of motion of every point as a strip below a panel. Each point reaches halfway to its neighbours.
+/// Draws the kind of motion of every point as a strip below a panel. The colour of a point reaches halfway to
+/// its neighbours.
 fn strip(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>) {
     let mut points: Vec<(f64, Motion)> = (sweep.points.iter())
         .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))

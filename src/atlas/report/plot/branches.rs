@@ -1,5 +1,5 @@
-//! Followed orbits over their axis: stable and unstable branches with their bifurcations. Behind them are the motions
-//! on which points settled.
+//! Followed orbits over their axis: stable and unstable branches with their bifurcations. Grey dots behind
+//! them show the points of the grid.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -16,7 +16,7 @@ use super::results::{MOST_SLICES, Results, distinct};
 use crate::report::followed::{Bifurcation, FixedValues, Followed, Orbit};
 use crate::report::numbers::plural;
 
-/// Colour of points whose motion settled.
+/// Colour of the points of the grid.
 const GREY: Colour = Colour(0xc0, 0xc0, 0xc0);
 
 /// Widths of stable and unstable branches \[px\].
@@ -26,10 +26,10 @@ const UNSTABLE: f64 = 1.1;
 /// Largest number of periods in the key.
 const MOST_PERIODS: usize = 8;
 
-/// Largest RMS of a shown point, divided by that of the orbits.
+/// Largest RMS of a shown point, divided by the largest RMS of the orbits.
 const LARGEST_RMS_RATIO: f64 = 1.5;
 
-/// Ends that need no note, because the picture shows them.
+/// Reasons for an end that need no marker, because the picture shows them.
 const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 
 /// Draws one picture per line.
@@ -161,7 +161,8 @@ fn needs_no_note(end: &str) -> bool {
     PLAIN_ENDS.contains(&end) || end.starts_with("merges")
 }
 
-/// The points on a line that have a deflection: value of the followed axis, RMS.
+/// The points of the grid on a line, if their RMS of the deflection is known: value of the followed axis, and
+/// RMS.
 fn settled(followed: &Followed, line: &FixedValues, results: &Results) -> Vec<Place> {
     let axes = &results.summary.axes;
     let names: Vec<String> = axes.iter().map(|axis| axis.name.clone()).collect();
@@ -175,7 +176,8 @@ fn settled(followed: &Followed, line: &FixedValues, results: &Results) -> Vec<Pl
         .collect()
 }
 
-/// A branch in stable and unstable parts, split at the bifurcations where stability changes.
+/// The stable and unstable parts of a branch. It is split at the bifurcation between two orbits of different
+/// stability, or at the second orbit if there is no such bifurcation.
 fn parts(over: usize, orbits: &[Orbit], bifurcations: &[&Bifurcation]) -> Vec<(bool, Vec<Place>)> {
     let mut parts: Vec<(bool, Vec<Place>)> = Vec::new();
     for (index, orbit) in orbits.iter().enumerate() {

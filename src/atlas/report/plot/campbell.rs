@@ -1,4 +1,5 @@
-//! Campbell diagram: natural frequencies over the speed, the rays of mesh and shaft orders, and their intersections.
+//! Campbell diagram: natural frequencies over the speed, the rays of mesh and shaft orders, and their
+//! intersections, the resonances.
 
 use serde::Serialize;
 
@@ -22,7 +23,8 @@ const IN_MESH: f64 = 0.05;
 /// Colour of the natural frequencies of modes with open contacts.
 const PALE: Colour = Colour(0xa8, 0xa8, 0xa8);
 
-/// Resonances outside the grid are listed up to this relative distance from its speeds: their flanks reach into it.
+/// Largest relative distance of a listed resonance from the speeds of the grid. A resonance just outside the
+/// grid is listed too, because its peak extends into the grid.
 pub const NEAR_GRID: f64 = 0.1;
 
 /// A natural frequency over the speed.
@@ -54,7 +56,7 @@ pub struct Campbell {
     pub job: String,
     /// Unit for speeds in the manifest, if any.
     pub unit: Option<String>,
-    /// Load and speed at which modes were computed, in words.
+    /// Load and closed contacts for which modes were computed, as text.
     pub words: String,
     /// Lowest and highest speed of the grid \[rad/s\].
     pub grid: [f64; 2],
@@ -88,7 +90,7 @@ impl Contacts {
     }
 }
 
-/// A natural frequency that an excitation meets at a speed of the grid, or within [`NEAR_GRID`] of it.
+/// A resonance: an excitation has a natural frequency at a speed of the grid, or within [`NEAR_GRID`] of it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Resonance {
     /// Pinion speed \[rad/s\].
@@ -132,7 +134,8 @@ impl Campbell {
         found
     }
 
-    /// Intersections of a ray with a mode whose frequency is linear between the speeds: speed and frequency.
+    /// Intersections of a ray with the line of a mode: speed \[rad/s\] and frequency \[Hz\]. The frequency of
+    /// the mode is linear between the speeds.
     fn meetings(&self, mode: &ModeLine, ray: &Ray) -> Vec<(f64, f64)> {
         let slope = ray.order / std::f64::consts::TAU;
         let above: Vec<(f64, f64)> = (self.speeds.iter().zip(&mode.frequencies))
@@ -140,7 +143,7 @@ impl Campbell {
             .collect();
         let between = above.windows(2).filter_map(|pair| {
             let [(from, a), (to, b)] = [pair[0], pair[1]];
-            // An intersection at the end of an interval belongs to the next interval.
+            // An intersection exactly at the end of an interval counts in the next interval only.
             let crosses = (a <= 0.0 && b > 0.0) || (a >= 0.0 && b < 0.0);
             let speed = from + (to - from) * a / (a - b);
             crosses.then_some((speed, slope * speed))
@@ -164,7 +167,7 @@ impl Campbell {
             Axis::linear("speed", SI, [0.0, last]).in_unit("speed", &unit.text, unit.factor),
             Axis::linear("frequency", "Hz", [0.0, 1.02 * steepest * last]),
         );
-        // Mark the speeds of the grid.
+        // Shade the range of the speeds of the grid.
         let [low, high] = self.grid.map(|speed| panel.x(speed));
         canvas.rectangle(
             [low, TOP],
@@ -211,7 +214,8 @@ impl Campbell {
         }
     }
 
-    /// Rays with their names at the edge where they leave the diagram. Names that would cover others are left out.
+    /// Draws the rays, with their names where they leave the diagram. A name that would cover another is left
+    /// out.
     fn rays(&self, canvas: &mut Canvas, panel: &Panel) {
         let mut taken: Vec<f64> = Vec::new();
         let last = self.speeds.last().copied().unwrap_or(1.0);
@@ -291,7 +295,7 @@ impl Campbell {
     }
 }
 
-/// The short name of an order: `2 × mesh of a and b` becomes `2 × a/b`.
+/// The short name of an excitation: `2 × mesh of a and b` becomes `2 × a/b`.
 fn brief(name: &str) -> String {
     name.replace("mesh of ", "").replace(" and ", "/")
 }

@@ -1,5 +1,5 @@
-//! A picture as shapes in pixels, x to the right and y down. SVG and PNG show the same because both are drawn from this
-//! list.
+//! A picture as a list of shapes in pixels, with x to the right and y down. SVG and PNG are drawn from the
+//! same list, so that they show the same.
 
 use std::collections::{BTreeSet, HashSet};
 use std::fmt;
@@ -42,7 +42,7 @@ const HEIGHT: f64 = 600.0;
 /// Limit of coordinates \[px\]; it is far outside every picture.
 const FARTHEST: f64 = 1e4;
 
-/// Largest number of characters in a text: longer texts come from wrong numbers or names.
+/// Largest number of characters in a text. Longer texts come only from wrong numbers or names, and are cut.
 const MOST_CHARACTERS: usize = 300;
 
 /// A place clamped to [`FARTHEST`]; `None` if a coordinate is NaN.
@@ -51,11 +51,12 @@ fn bounded([x, y]: Place) -> Option<Place> {
     (!x.is_nan() && !y.is_nan()).then(|| [far(x), far(y)])
 }
 
-/// From this number on, shapes of a picture and places of a line within a pixel of others are left out. More shapes
-/// take minutes to draw without a visible difference.
+/// Number of shapes, or of places of a line, from which on those within a pixel of others are left out. More
+/// shapes take minutes to draw without a visible difference.
 const FEWEST_THINNED: usize = 50_000;
 
-/// A shape moved onto whole pixels, with a hash of its look; `None` for shapes that are never left out.
+/// A shape moved onto whole pixels, with a hash of what it looks like. `None` instead of a hash for shapes
+/// that are never left out: texts, and lines with more than two places.
 fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
     let mut hash = DefaultHasher::new();
     let whole = |place: &mut Place, to: fn(f64) -> f64| *place = place.map(to);
@@ -82,7 +83,7 @@ fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
             (2, points.clone(), *colour, *width)
         }
         Shape::Polygon { points, colour } => {
-            // A marker keeps its form and moves as a whole.
+            // A marker moves as a whole, so that it keeps its form.
             let middle = [0, 1]
                 .map(|i| points.iter().map(|place| place[i]).sum::<f64>() / points.len() as f64);
             let step = middle.map(|middle| middle.round() - middle);
@@ -104,8 +105,8 @@ fn on_pixels(mut shape: Shape) -> (Shape, Option<u64>) {
     (shape, Some(hash.finish()))
 }
 
-/// The ends of a rectangle on whole pixels. A rectangle that is hardly larger than a pixel, such as a cell of a large
-/// map, becomes the pixel of its middle.
+/// The ends of a side of a rectangle, on whole pixels. A side of about one pixel, as of a cell of a large
+/// map, becomes the pixel in its middle.
 fn whole_ends([low, high]: [f64; 2]) -> [f64; 2] {
     if high - low <= 1.4 {
         let pixel = (0.5 * (low + high)).floor();
@@ -115,7 +116,7 @@ fn whole_ends([low, high]: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// A line with the first, lowest, highest and last of its places in each column of pixels.
+/// A line reduced to the first, lowest, highest and last of its places in each column of pixels.
 fn outlined(points: &[Place]) -> Vec<Place> {
     let columns = points.chunk_by(|a, b| a[0].round() == b[0].round());
     let outline = columns.flat_map(|column| {
@@ -133,7 +134,7 @@ fn outlined(points: &[Place]) -> Vec<Place> {
     outline.collect()
 }
 
-/// The end of a text that lies at its place.
+/// The part of a text that lies at its place: start, middle or end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -141,7 +142,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// A drawn element.
+/// An element of a picture.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Shape {
     Line {
@@ -179,7 +180,7 @@ pub(super) enum Shape {
 /// Shapes in the order of drawing.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Canvas {
-    /// \[px\]
+    /// Height of the picture \[px\].
     pub height: f64,
     pub shapes: Vec<Shape>,
     /// Hashes of the shapes on whole pixels, from [`FEWEST_THINNED`] shapes on.
@@ -189,7 +190,7 @@ pub(super) struct Canvas {
 }
 
 impl Canvas {
-    /// A canvas with a title and a line below it.
+    /// A canvas with a title, and a subtitle below it.
     pub fn titled(title: &str, subtitle: &str) -> Self {
         let mut canvas = Self {
             height: HEIGHT,
@@ -212,7 +213,7 @@ impl Canvas {
         [WIDTH, self.height]
     }
 
-    /// Adds a shape. If there are very many shapes, skips one that looks the same on pixels as an earlier shape.
+    /// Adds a shape. If there are very many shapes, skips a shape that has the same pixels as an earlier one.
     fn push(&mut self, shape: Shape) {
         if self.shapes.len() < FEWEST_THINNED {
             return self.shapes.push(shape);
@@ -225,7 +226,7 @@ impl Canvas {
         }
     }
 
-    /// A line through some places, interrupted at places with NaN.
+    /// Adds a line through some places; it is interrupted at places with NaN.
     pub fn line(&mut self, points: &[Place], colour: Colour, width: f64) {
         let places: Vec<Option<Place>> = points.iter().copied().map(bounded).collect();
         for part in places.split(Option::is_none).filter(|part| part.len() > 1) {
@@ -242,7 +243,7 @@ impl Canvas {
         }
     }
 
-    /// A straight dashed line.
+    /// Adds a straight dashed line.
     pub fn dashes(&mut self, from: Place, to: Place, colour: Colour, width: f64) {
         const DASH: f64 = 6.0;
         let (Some(from), Some(to)) = (bounded(from), bounded(to)) else {
@@ -263,12 +264,12 @@ impl Canvas {
         }
     }
 
-    /// A dashed line through some places, with even dashes along it.
+    /// Adds a dashed line through some places, with dashes of equal length.
     pub fn dashed_line(&mut self, points: &[Place], colour: Colour, width: f64) {
         self.patterned(points, [5.0, 3.5], colour, width);
     }
 
-    /// A dashed line with the lengths of dashes and gaps in `pattern` \[px\].
+    /// Adds a dashed line through some places. `pattern` is the length of a dash and of a gap \[px\].
     pub fn patterned(&mut self, points: &[Place], pattern: [f64; 2], colour: Colour, width: f64) {
         let mut dash: Vec<Place> = points.iter().take(1).copied().collect();
         let (mut left, mut gap) = (pattern[0], false);
@@ -331,7 +332,7 @@ impl Canvas {
         self.push_text(at, text, size, colour, anchor, false);
     }
 
-    /// Text that reads from bottom to top.
+    /// Adds a text that reads from bottom to top.
     pub fn text_upwards(
         &mut self,
         at: Place,

@@ -3,8 +3,8 @@
 use super::canvas::Colour;
 use super::motion::Motion;
 
-/// Okabe and Ito's palette without black, which colour-blind readers can distinguish; neighbours differ in brightness
-/// too.
+/// Okabe and Ito's palette without black. Colour-blind readers can distinguish its colours, and neighbouring
+/// colours also differ in brightness.
 const COLOURS: [Colour; 7] = [
     Colour(0x00, 0x72, 0xb2),
     Colour(0xe6, 0x9f, 0x00),
@@ -20,7 +20,7 @@ pub(in crate::report) fn colour(number: usize) -> Colour {
     COLOURS[number % COLOURS.len()]
 }
 
-/// The colour of motions that did not settle on an attractor.
+/// The colour of a motion with this status that did not settle on an attractor.
 pub(super) fn lost(status: &str) -> Colour {
     match status {
         "not_converged" => Motion::NotConverged.colour(),

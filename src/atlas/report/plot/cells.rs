@@ -1,4 +1,4 @@
-//! The layout of maps: a grid of points as a grid of cells.
+//! The layout of maps: each point of the grid is a cell.
 
 use std::collections::BTreeMap;
 
@@ -22,9 +22,10 @@ pub(super) const MARGIN: f64 = RIGHT + 24.0;
 const MOST_CELLS: usize = 1 << 20;
 pub(super) const HEIGHT: [f64; 2] = [TOP, BOTTOM];
 
-/// Largest number of values of an axis that each have a tick.
+/// Largest number of values of an axis for which each value has a tick.
 const MOST_TICKS: usize = 12;
-/// Smallest em size of a single letter in its cell \[px\], and of longer texts, which need more room around them.
+/// Smallest em size \[px\] of a single letter in a cell, and of a longer text, which needs more room around
+/// it.
 const SMALLEST: [f64; 2] = [6.5, 8.0];
 /// Largest share of a cell's width that a single letter, and a longer text, may take.
 const FILLED: [f64; 2] = [0.86, 0.75];
@@ -47,13 +48,13 @@ pub(super) struct Drawn {
     pub dotted: usize,
 }
 
-/// The axes of a map: the first two that vary.
+/// The layout of a map over the first two axes that maps use.
 pub(super) struct Cells<'a> {
     across: (usize, &'a GridAxis),
     up: (usize, &'a GridAxis),
-    /// For units and ticks only: cells are evenly spaced for any values.
+    /// Horizontal and vertical axis, for units and ticks only: cells have equal sizes for any values.
     scales: [Axis; 2],
-    /// The columns of a refined grid: its places are the cells.
+    /// The refinement of the grid, if it is refined. Then the places of the finest grid are the cells.
     refined: Option<&'a RefinedColumns>,
 }
 
@@ -92,7 +93,7 @@ impl<'a> Cells<'a> {
         format!("{} and {}", self.up.1.name, self.across.1.name)
     }
 
-    /// Draws every point of a slice with the look from `show`, and the axes.
+    /// Draws every point of a slice in the style that `show` gives, and the axes. Returns counts for the key.
     pub fn draw(
         &self,
         canvas: &mut Canvas,
@@ -116,8 +117,9 @@ impl<'a> Cells<'a> {
         }
     }
 
-    /// Draws the places of a refined plane in the colour from `show`, hatched or not, and the axes with the values of
-    /// the undivided grid. Adjacent places with the same look become one rectangle.
+    /// Draws the places of a refined plane, and the axes with the values of the undivided grid. `show` gives
+    /// the colour of a point and whether it is hatched. Adjacent places that look the same become one
+    /// rectangle.
     fn draw_plane(
         &self,
         canvas: &mut Canvas,
@@ -141,7 +143,8 @@ impl<'a> Cells<'a> {
                     hatch(canvas, [left, top], [right, bottom], ink_on(colour));
                 }
             };
-        // Runs of the previous row that may continue, by their first column: end, first row, look.
+        // Blocks that reach the previous row and may continue, by their first column: end column, first row,
+        // look.
         let mut open: BTreeMap<usize, (usize, usize, (Colour, bool))> = BTreeMap::new();
         for row in 0..rows {
             let looks: Vec<Option<(Colour, bool)>> = (0..columns)
@@ -218,7 +221,8 @@ impl<'a> Cells<'a> {
             let size = (0.55 * high).min(14.0);
             let long = usize::from(text.chars().nth(1).is_some());
             let (smallest, filled) = (SMALLEST[long], FILLED[long]);
-            // No letter is narrower than a quarter of its height.
+            // A letter is at least a quarter as wide as high. This cheap test comes before measuring the
+            // text.
             let room = size >= smallest && wide >= 0.25 * smallest;
             let fitting = room.then(|| size.min(size * filled * wide / text_width(text, size)));
             let Some(size) = fitting.filter(|size| *size >= smallest) else {
@@ -227,7 +231,7 @@ impl<'a> Cells<'a> {
             };
             let at = [x + 0.5 * wide, y + 0.5 * high + 0.36 * size];
             if look.hatched {
-                // Lines behind letters make these hard to read.
+                // Hatching behind a letter would make it hard to read: cover it.
                 let half = [0.5 * text_width(text, size) + 1.5, 0.5 * size];
                 let middle = [x + 0.5 * wide, y + 0.5 * high];
                 let [from, to] = [-1.0, 1.0].map(|sign| [0, 1].map(|i| middle[i] + sign * half[i]));
@@ -284,9 +288,10 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Ticks of an axis of cells, each in cells from the centre of the first. They are at all values of the grid if these
-/// are few and have room, else at round values. In a refined grid, `step` cells lie between values of the undivided
-/// one. `room` is the width of a text in \[px\], like `cell`.
+/// Ticks of an axis of cells: the position in cells from the centre of the first cell, and the text. Ticks
+/// are at all values of the grid if these are few and have room, else at round values. In a refined grid,
+/// `step` cells lie between values of the undivided grid. `cell` is the width of a cell, and `room` that of a
+/// text \[px\].
 fn ticks(
     axis: &GridAxis,
     scale: &Axis,
@@ -313,7 +318,7 @@ fn ticks(
     kept
 }
 
-/// Removes ticks that have no room beside the tick kept before.
+/// Removes each tick whose text has no room beside the text of the tick before it.
 fn thinned(ticks: Vec<(f64, String)>, cell: f64, room: impl Fn(&str) -> f64) -> Vec<(f64, String)> {
     let mut kept: Vec<(f64, String)> = Vec::new();
     for (place, text) in ticks {
@@ -327,7 +332,7 @@ fn thinned(ticks: Vec<(f64, String)>, cell: f64, room: impl Fn(&str) -> f64) -> 
     kept
 }
 
-/// Position of a value among ascending ones, in indices; `None` outside.
+/// Position of a value among ascending values, as an interpolated index; `None` outside their range.
 fn place(values: &[f64], value: f64) -> Option<f64> {
     let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * a.abs().max(b.abs());
     let upper = values.partition_point(|&known| known < value && !near(known, value));
@@ -343,7 +348,7 @@ fn position(axis: &GridAxis, value: f64) -> usize {
     axis.values.partition_point(|&known| known < value)
 }
 
-/// Explains crossed-out cells, dots and missing letters below a key.
+/// Draws explanations of crossed-out cells, dots and missing texts, from the height `y` down.
 pub(super) fn notes(canvas: &mut Canvas, mut y: f64, drawn: Drawn) {
     let x = MARGIN;
     let say = |canvas: &mut Canvas, mut y: f64, words: &str| {

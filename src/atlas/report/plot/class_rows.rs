@@ -15,16 +15,17 @@ use super::results::Results;
 use crate::report::PointSummary;
 use crate::report::numbers::plural;
 
-/// Height of a row if there are many rows, and if there are few \[px\].
+/// Smallest and largest height of a row \[px\], for many and for few rows.
 const ROW: [f64; 2] = [18.0, 40.0];
-/// Height of the panel unless rows are very many or few \[px\].
+/// Height of the panel \[px\], if the rows then have an allowed height.
 const USUAL_HEIGHT: f64 = 454.0;
 /// Smallest height of the panel \[px\], for its label.
 const LEAST_HEIGHT: f64 = 116.0;
 
 /// Largest half height of the mark of a point \[px\].
 const TALLEST: f64 = 9.0;
-/// Half the width of the marks of distant points, and the smallest width \[px\].
+/// Largest half width of the mark of a point, which has no near neighbour, and smallest width of a mark
+/// \[px\].
 const WIDEST: f64 = 6.0;
 const LEAST_WIDTH: f64 = 1.0;
 
@@ -78,8 +79,9 @@ pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     })
 }
 
-/// Adjacent points with one kind of motion, as intervals of the axis \[px\]. Each point reaches halfway to its
-/// neighbours, or a few pixels to both sides if they are far. Touching intervals are merged.
+/// The intervals of the axis \[px\] with one kind of motion. The interval of a point reaches halfway to its
+/// neighbours, but at most [`WIDEST`] pixels to each side. Touching intervals with the same kind of motion
+/// are merged.
 fn class_intervals(
     panel: &Panel,
     along: usize,

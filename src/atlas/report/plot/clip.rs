@@ -1,10 +1,10 @@
-//! The part of a curve that lies within its panel.
+//! Clipping of curves at the edges of their panel.
 
 use super::canvas::Place;
 use super::panel::Panel;
 
-/// Clips a polyline at a panel. Places beyond it move to its edge, and places whose lines do not cross the panel become
-/// gaps.
+/// Clips a polyline at a panel. A line that leaves or enters the panel ends at its edge. Lines outside the
+/// panel become gaps, that is, places with NaN.
 pub(super) fn clipped(places: &[Place], panel: &Panel) -> Vec<Place> {
     let [top, bottom] = [panel.top, panel.bottom];
     let [left, right] = [panel.left, panel.right];

@@ -1,4 +1,5 @@
-//! How did the exponents of a point settle over the measured cycles? Each has a band of one standard error.
+//! Convergence of the Lyapunov exponents of a point over the measured cycles. Each has a band of one standard
+//! error.
 
 use super::axis::{Axis, range};
 use super::canvas::{Canvas, Colour, Place, SOFT};
@@ -16,7 +17,7 @@ use std::collections::HashSet;
 
 /// Largest number of exponents drawn; more would overlap.
 const MOST_EXPONENTS: usize = 8;
-/// Standard errors to either side of a band.
+/// Half width of a band, in standard errors.
 const BAND: f64 = 1.0;
 
 /// Whether any point has a history of its exponents.
@@ -24,7 +25,7 @@ pub(super) fn has_history(results: &Results) -> bool {
     with_course(results).is_ok_and(|points| !points.is_empty())
 }
 
-/// Numbers of the points that have a history.
+/// Numbers of the points with a history of their exponents.
 fn with_course(results: &Results) -> Result<HashSet<u64>, StoreError> {
     let mut found = HashSet::new();
     let columns = ["point_id", "course_cycles"];
@@ -69,13 +70,14 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     Ok(Drawn::one(name, canvas))
 }
 
-/// A colour three quarters of the way to white.
+/// A colour, mixed with three parts of white.
 fn pale(Colour(red, green, blue): Colour) -> Colour {
     let [red, green, blue] = [red, green, blue].map(|part| 255 - (255 - part) / 4);
     Colour(red, green, blue)
 }
 
-/// Histories of estimates: the largest exponent at all times, then the next.
+/// Histories of the exponents of a point. `values` and `errors` have the largest exponent at all `cycles`,
+/// then the next exponent at all `cycles`, and so on.
 struct Course {
     cycles: Vec<f64>,
     values: Vec<f64>,

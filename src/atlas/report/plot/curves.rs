@@ -1,5 +1,5 @@
-//! Bifurcation curves in the plane of both followed axes. Behind them is the map of the largest exponent if points
-//! cover both axes.
+//! Bifurcation curves in the plane of the two followed axes. Behind them is the map of the largest exponent,
+//! if the folder has points with several values on both axes.
 
 use std::collections::BTreeMap;
 
@@ -26,10 +26,10 @@ use crate::report::refined::Plane;
 const RIGHT: f64 = 735.0;
 const MARGIN: f64 = RIGHT + 20.0;
 
-/// The kind of curve that has a closed form: the onset of rattle.
+/// The kind of the curve for the onset of rattle, which has a closed form.
 const ONSET: &str = "onset";
 
-/// Width of curves, of the onset of rattle, and of their edges on a map \[px\].
+/// Width of a curve, of the onset of rattle, and of the white edge that curves get on a map \[px\].
 const WIDTH: f64 = 1.8;
 const ONSET_WIDTH: f64 = 3.6;
 const EDGE: f64 = 2.4;
@@ -101,7 +101,7 @@ fn picture(
         panel.frame(&mut canvas, true);
     }
     let place = |at: Place| panel.at(at[0], at[1]);
-    // Draw the onset last, because it bounds the region of rattle.
+    // The onset comes last, so that no other curve covers this boundary of the region of rattle.
     let mut order = curves.clone();
     order.sort_by_key(|curve| curve.kind == ONSET);
     let mut kinds: BTreeMap<&str, CurveCounts> = BTreeMap::new();
@@ -171,7 +171,7 @@ fn key(
 #[derive(Default)]
 struct CurveCounts {
     curves: usize,
-    /// Whether any part of them lies in the frame.
+    /// Whether any part of these curves lies in the frame.
     visible: bool,
 }
 
@@ -179,8 +179,9 @@ fn width(kind: &str) -> f64 {
     if kind == ONSET { ONSET_WIDTH } else { WIDTH }
 }
 
-/// The lines of a curve, and whether they are dashed. An onset is computed at even values of the axis that is not the
-/// load. It is interrupted where it does not exist, and dashed where contact is unstable.
+/// The lines of a curve, and whether they are dashed. An onset is computed at evenly spaced values of the
+/// axis that is not the load. Its line is interrupted where these values have gaps, because no onset exists
+/// there. It is dashed where contact is unstable.
 fn strokes(followed: &Followed, axes: [usize; 2], curve: &Curve) -> Vec<(bool, Vec<Place>)> {
     let place = |at: &[f64]| -> Place { axes.map(|axis| at[axis]) };
     if curve.kind != ONSET {
@@ -243,7 +244,7 @@ struct Map<'a> {
     axes: [usize; 2],
     /// Ends of the cells on both axes: halfway between neighbouring values.
     ends: [Vec<f64>; 2],
-    /// For a refined grid: its places, and which of both axes its columns belong to.
+    /// For a refined grid: its plane, and the position in `axes` (0 or 1) of the axis of its columns.
     refined: Option<(Plane, usize)>,
     largest: f64,
     unit: &'a str,
@@ -252,7 +253,8 @@ struct Map<'a> {
 }
 
 impl<'a> Map<'a> {
-    /// The map of the points in a plane; `None` if they do not spread over both axes or have no exponent.
+    /// The map of the points in a plane; `None` if one of both axes has a single value, or if no point has an
+    /// exponent.
     fn of(
         followed: &Followed,
         axes: [usize; 2],
@@ -268,7 +270,7 @@ impl<'a> Map<'a> {
             found.filter(|place| grid[*place].values.len() > 1)
         };
         let axes = [place(axes[0])?, place(axes[1])?];
-        // If there are two sweeps, show the upward one.
+        // If there are sweeps in two directions, the map shows the upward one.
         let direction = results.directions().first().copied();
         let points: Vec<&PointSummary> = (results.summary.all.iter())
             .filter(|point| plane.holds_named(&names, &point.axis_values))
@@ -295,7 +297,7 @@ impl<'a> Map<'a> {
     }
 
     fn draw(&self, canvas: &mut Canvas, panel: &Panel) {
-        // Abutting edges show as seams in some viewers.
+        // Cells are slightly enlarged, because abutting edges show as seams in some viewers.
         let mut cell = |[x, y]: [[f64; 2]; 2], (colour, hatched): (Colour, bool)| {
             let [from, to] = [panel.at(x[0], y[1]), panel.at(x[1], y[0])];
             canvas.rectangle(from, [to[0] + 0.2, to[1] + 0.2], colour);
@@ -352,7 +354,7 @@ impl<'a> Map<'a> {
     }
 }
 
-/// Ends of the cells of some ascending values, at least two.
+/// Edges of the cells around ascending values, of which there are at least two.
 fn ends(values: &[f64]) -> Vec<f64> {
     let inner: Vec<f64> = values
         .windows(2)

@@ -1,4 +1,4 @@
-//! How are values shown? In which units, in decibels of which reference, on which axes, over which range?
+//! The display of values: units, decibels with a reference, logarithmic axes, and the range.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -15,9 +15,10 @@ use crate::units;
 /// Requested display of values.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Display {
-    /// Units to show. Other quantities have the unit of the manifest, or SI with prefixes.
+    /// Units for the quantities that they fit. Other quantities have the unit of the manifest, or SI with
+    /// prefixes.
     pub units: Vec<String>,
-    /// Values as decibels of this amplitude.
+    /// Reference amplitude: values are shown as decibels relative to it.
     pub decibels: Option<Amount>,
     /// Which axes are logarithmic; by default the horizontal axis if its values are logarithmically spaced.
     pub log: Option<Log>,
@@ -75,8 +76,8 @@ impl fmt::Display for Amount {
 }
 
 impl Amount {
-    /// The range from this amount to another, whose unit applies to a number without one; `None` if the other is not
-    /// larger.
+    /// The range from this amount to `high`. If this amount has no unit, it gets that of `high`. `None` if
+    /// `high` is not larger.
     pub fn up_to(mut self, high: Self) -> Option<[Self; 2]> {
         if self.unit.is_empty() {
             self.unit.clone_from(&high.unit);
@@ -86,7 +87,7 @@ impl Amount {
         (low < top).then_some([self, high])
     }
 
-    /// The amount in SI; `None` if it is another quantity than the unit `si`.
+    /// The amount in the SI unit `si`; `None` if its unit belongs to another quantity.
     fn si(&self, si: &str) -> Option<f64> {
         match self.unit.as_str() {
             "" => Some(self.number),
@@ -119,7 +120,7 @@ impl Unit {
         Self::or_si(written.get(name).map(String::as_str), si)
     }
 
-    /// The unit as it is written, else `si`.
+    /// The unit `written`, if it is given and fits `si`, else the unit `si`.
     pub fn or_si(written: Option<&str>, si: &str) -> Self {
         let of_unit = written.and_then(|unit| Self::of(unit, si));
         of_unit.unwrap_or_else(|| Self {
@@ -133,30 +134,30 @@ impl Unit {
         self.after(&number(value * self.factor))
     }
 
-    /// A text of numbers in this unit, with the unit.
+    /// A text of numbers in this unit, followed by the unit.
     pub fn after(&self, text: &str) -> String {
         format!("{text} {}", self.text).trim_end().to_owned()
     }
 
-    /// The first unit that fits values with the unit `si`.
+    /// The first of `units` that fits values with the unit `si`; `None` if none fits.
     pub fn first(units: &[String], si: &str) -> Option<Self> {
         units.iter().find_map(|unit| Self::of(unit, si))
     }
 
-    /// The unit that is easiest to read for values of this size.
+    /// The scaled unit for values up to `largest`, such as µm.
     pub fn fitting(si: &str, largest: f64) -> Self {
         let (factor, text) = scaled_unit(si, largest.abs());
         Self { factor, text }
     }
 
-    /// `speed 6000 rpm`; a number alone if it has no unit.
+    /// A value in SI with its name, in this unit: `speed 6000 rpm`; without a unit if dimensionless.
     pub fn words(&self, name: &str, value: f64) -> String {
         let text = format!("{name} {} {}", number(value * self.factor), self.text);
         text.trim_end_matches(['–', ' ']).to_owned()
     }
 }
 
-/// How the values of one column are shown.
+/// The display of the values of one column.
 pub(super) struct Scale {
     name: String,
     si: String,
@@ -170,7 +171,8 @@ pub(super) struct Scale {
 /// Round-off limit, relative to the largest value of a quantity.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Unit of powers. Powers are squares of amplitudes, so their levels have 10 dB per factor of 10.
+/// Unit of powers. A power is proportional to the square of an amplitude, so that its level has 10 dB per
+/// factor of 10.
 const POWER: &str = "W";
 
 impl Scale {
@@ -215,7 +217,8 @@ impl Scale {
         self
     }
 
-    /// The drawn form of a value: itself or its level; `None` if the axis cannot show it.
+    /// The shown form of a value: the value itself, or its level in decibels. `None` if the axis cannot show
+    /// it.
     pub fn shown(&self, value: f64) -> Option<f64> {
         let shown = match self.reference {
             Some(reference) => self.decade() * (value.abs() / reference).log10(),
@@ -224,8 +227,8 @@ impl Scale {
         (shown.is_finite() && (!self.logarithmic || shown > 0.0)).then_some(shown)
     }
 
-    /// The ends of an error bar; NaN at one that is beyond the axis. A level depends on the magnitude: if the bar
-    /// includes zero, it has no lower end.
+    /// The ends of an error bar, as shown values; NaN for an end that the axis cannot show. A level is that
+    /// of the magnitude: if the bar includes zero, its lower end is NaN.
     pub fn bar(&self, value: f64, error: f64) -> [f64; 2] {
         let [low, high] = match self.reference {
             Some(_) => [(value.abs() - error).max(0.0), value.abs() + error],
@@ -234,8 +237,8 @@ impl Scale {
         [low, high].map(|end| self.shown(end).unwrap_or(f64::NAN))
     }
 
-    /// Lower limit of an axis of levels or decades, given the largest shown value of the same quantity: values below
-    /// [`ROUND_OFF`] of it are round-off. `None` for a linear axis, because such values do not extend it.
+    /// Shown value below which the values of a quantity are round-off, given its largest shown value: the
+    /// largest value times [`ROUND_OFF`]. `None` for a linear axis, which such values do not extend.
     pub fn floor(&self, largest: f64) -> Option<f64> {
         match (self.reference.is_some(), self.logarithmic) {
             (true, _) => Some(largest + self.decade() * ROUND_OFF.log10()),
@@ -249,7 +252,7 @@ impl Scale {
         if self.si == POWER { 10.0 } else { 20.0 }
     }
 
-    /// An axis for shown values from low to high.
+    /// An axis for shown values from low to high, with a margin at both ends.
     pub fn axis(&self, shown: [f64; 2]) -> Axis {
         let [low, high] = shown;
         let room = if self.logarithmic {
@@ -261,7 +264,7 @@ impl Scale {
         self.axis_over(room)
     }
 
-    /// An axis for shown values from low to high, without room around them.
+    /// An axis for shown values from low to high, without a margin. The requested range replaces both ends.
     pub fn axis_over(&self, shown: [f64; 2]) -> Axis {
         let ends = [0, 1].map(|end| self.range[end].unwrap_or(shown[end]));
         let axis = |unit: &str| {

@@ -1,9 +1,9 @@
 //! A canvas as SVG text or PNG bytes, through the backends of `plotters`.
 //!
-//! The backends take whole pixels. SVG is therefore drawn ten times as large and scaled by its view box, PNG four times
-//! as large and averaged down by two, which also smooths edges. In SVG a picture with very many shapes is an image with
-//! its texts above it, so that the size of the file does not grow with the number of points. The same canvas gives the
-//! same bytes.
+//! The backends take whole pixels. Therefore an SVG is drawn ten times as large and scaled down by its view
+//! box. A PNG is drawn four times as large, and squares of two by two pixels are averaged, which also smooths
+//! edges. If a picture has very many shapes, its SVG contains an image with the texts above it, so that the
+//! size of the file does not grow with the number of points. The same canvas gives the same bytes.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -17,7 +17,7 @@ use super::canvas::{Anchor, Canvas, Colour, Place, Shape};
 use super::error::PlotError;
 use super::lettering::{FAMILY, LINE_PER_EM, font_is_ready};
 
-/// The SVG backend divides sizes by this to get the em.
+/// Size of a font for the SVG backend, per em: the backend divides the size by this number.
 const SVG_SIZE_PER_EM: f64 = 1.24;
 /// Units of the SVG view box per pixel.
 const SVG_SCALE: f64 = 10.0;
@@ -27,7 +27,7 @@ pub(super) const PNG_SCALE: usize = 2;
 const OVERHANG: f64 = 100.0;
 /// Largest number of shapes that an SVG document contains as shapes: these take 2 MB.
 const MOST_SHAPES: usize = 20_000;
-/// Drawn pixels averaged into one of a PNG, each way.
+/// Number of drawn pixels per pixel of a PNG, in both directions.
 const OVERSAMPLING: usize = 2;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -137,7 +137,8 @@ fn draw<B: DrawingBackend>(
     if !font_is_ready() {
         return Err(PlotError::drawing("the built-in font cannot be read"));
     }
-    // The bitmap backend visits every pixel of a shape, also beyond the picture.
+    // The bitmap backend visits every pixel of a shape, even beyond the picture. Clamp the coordinates to
+    // limit the time.
     let size = canvas.size();
     let near =
         |place: f64, size: f64| (place.clamp(-OVERHANG, size + OVERHANG) * scale).round() as i32;
@@ -157,8 +158,8 @@ fn draw<B: DrawingBackend>(
                 let places: Vec<(i32, i32)> = points.iter().copied().map(whole).collect();
                 match medium {
                     Medium::Svg => backend.draw_path(places, &style),
-                    // The backend makes one polygon of a thick path, which is wrong if the path crosses itself. Draw
-                    // separate lines with round joints instead.
+                    // The backend fills a thick path as one polygon, which is wrong if the path crosses
+                    // itself. Draw separate lines with round joints instead.
                     Medium::Bitmap => {
                         let pairs = places.windows(2).filter(|pair| pair[0] != pair[1]);
                         pairs
@@ -194,8 +195,7 @@ fn draw<B: DrawingBackend>(
                 upwards,
             } => {
                 let em = size * scale;
-                // Text size in the unit of the backend, and the distance from the top of the text to its baseline
-                // there.
+                // Size of the text for the backend, and distance from the top of the text to its baseline.
                 let (size, drop) = match medium {
                     Medium::Svg => (em * SVG_SIZE_PER_EM, 0.76 * em),
                     Medium::Bitmap => (em * LINE_PER_EM, 0.5 * em * LINE_PER_EM),

@@ -1,4 +1,4 @@
-//! Why can a picture not be drawn, and what can the user do about it?
+//! Errors of pictures, with remedies for the user.
 
 use std::fmt::Display;
 use std::path::PathBuf;
@@ -82,7 +82,7 @@ pub enum PlotError {
         /// Axes of the folder.
         known: String,
     },
-    /// Curves over an axis that is also to distinguish them.
+    /// The same axis is requested along the curves and to distinguish them.
     #[error("--over and --by name the same axis `{name}`; name two different axes")]
     SameAxis {
         /// The axis.

@@ -1,4 +1,4 @@
-//! Which of the standard errors that a picture shows are verified?
+//! Counts of points whose standard errors are not verified, for the line below a title.
 
 use crate::report::PointSummary;
 use crate::report::numbers::plural;

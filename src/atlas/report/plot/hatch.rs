@@ -1,8 +1,8 @@
-//! Diagonal lines over cells of a map: they mark chaos that some trajectories left.
+//! Hatching: diagonal lines over cells of a map, which mark transient chaos.
 
 use super::canvas::{Canvas, Colour, Place};
 
-/// Distance of the lines along either axis \[px\].
+/// Distance between lines, horizontally or vertically \[px\].
 const PITCH: f64 = 7.0;
 /// Width of a line \[px\].
 const WIDTH: f64 = 0.9;

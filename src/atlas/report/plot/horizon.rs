@@ -1,4 +1,5 @@
-//! Predictability of one chaotic point: how twins separate (left), and how averages settle (right).
+//! Predictability of one chaotic point: separation of twin trajectories (left), and standard errors of
+//! averages (right).
 
 use super::axis::{Axis, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
@@ -13,12 +14,12 @@ use crate::report::numbers::number;
 use crate::store::{ResultTable, TableKind};
 
 const TOP: f64 = 84.0;
-/// Cycles of an average from which on its standard error follows a power law; shorter averages are correlated.
+/// Smallest number of averaged cycles for the power law of standard errors; shorter averages are correlated.
 const POWER_LAW_FROM: f64 = 10.0;
-/// Colour of the range between the separations of single twins.
+/// Colour of the band of the separations of single twins.
 const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
 
-/// A quantity over cycles: cycles, value, spread.
+/// A quantity over time: mesh cycles, value, spread.
 type Curve = Vec<[f64; 3]>;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -49,7 +50,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
 /// The data of a point from the tables.
 struct PointData {
     separation: Curve,
-    /// Averages of the contact force and of the mesh force.
+    /// Averages of the contact force and of the mesh force: name, curve, and the power p of the expected
+    /// decay n⁻ᵖ of the standard error with the number n of cycles.
     averages: [(&'static str, Curve, f64); 2],
     lambda: Option<f64>,
     horizon: Option<f64>,
@@ -98,7 +100,7 @@ impl PointData {
     }
 }
 
-/// Separation over cycles, with the slope of the exponent and the horizon.
+/// Draws the separation of twins over time, a line with the slope of the exponent, and the horizon.
 fn separations(canvas: &mut Canvas, data: &PointData) {
     let curve = &data.separation;
     let [low, high] = range(
@@ -149,7 +151,7 @@ fn separations(canvas: &mut Canvas, data: &PointData) {
         say(canvas, format!("horizon {horizon:.1}{doubt} cycles"), RED);
     }
     if let (Some(lambda), Some(horizon)) = (data.lambda, data.horizon) {
-        // Draw the slope through the middle of the growth.
+        // The line with the slope of λ goes through the separation at half the horizon.
         if let Some([n, value, _]) = curve.get((0.5 * horizon) as usize) {
             let at = |cycles: f64| value * (lambda * (cycles - n)).exp();
             let start = (n + (low / value).ln() / lambda).max(0.0);
@@ -164,7 +166,7 @@ fn separations(canvas: &mut Canvas, data: &PointData) {
     canvas.label([panel.left, TOP - 8.0], note, SOFT);
 }
 
-/// Standard errors of mean forces over the number of averaged cycles.
+/// Draws the standard errors of mean forces over the number of averaged cycles.
 fn averages(canvas: &mut Canvas, data: &PointData) {
     let all = || data.averages.iter().flat_map(|(_, curve, _)| curve);
     let [low, high] = range(all().map(|p| p[2]).filter(|spread| *spread > 0.0));

@@ -1,4 +1,4 @@
-//! How does a small kick off each periodic orbit of a point grow or decay from return to return?
+//! Growth or decay of a small kick from each periodic orbit of a point, return by return.
 
 use super::axis::{Axis, range};
 use super::canvas::{Canvas, Place, SOFT};
@@ -16,7 +16,7 @@ use crate::report::orbits::Orbit;
 const RIGHT: f64 = 660.0;
 const TOP: f64 = 84.0;
 
-/// Largest ratio of a shown linear prediction to the integrated distances.
+/// Largest ratio by which the shown linear predictions may exceed the range of the integrated distances.
 const LARGEST_RATIO: f64 = 30.0;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
@@ -80,13 +80,14 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
     });
 }
 
-/// Distances after 0, 1, 2, … returns, as places.
+/// Distances after 0, 1, 2, … returns, as places in the panel.
 fn path(panel: &Panel, distances: &[f64]) -> Vec<Place> {
     let at = |(count, distance): (usize, &f64)| panel.at(count as f64, *distance);
     distances.iter().enumerate().map(at).collect()
 }
 
-/// Whether a place lies between the panel's bottom and top. Places of zero distances do not.
+/// Whether a place lies between bottom and top of the panel. A distance of zero does not, because the axis is
+/// logarithmic.
 fn shown(panel: &Panel, at: &Place) -> bool {
     (panel.top..=panel.bottom).contains(&at[1])
 }

@@ -12,11 +12,11 @@ use super::picture_kind::PictureKind;
 use super::results::Results;
 use crate::report::PointSummary;
 
-/// Half the height of the ends of an error bar's whiskers \[px\].
+/// Half the width of the whiskers at the ends of an error bar \[px\].
 const WHISKER: f64 = 3.0;
 const PALE: Colour = Colour(0xc4, 0xc4, 0xc4);
 
-/// λ with its standard error over one axis.
+/// Draws λ with its standard error over one axis, one picture per slice.
 pub(super) fn draw(results: &Results, along: usize) -> Drawn {
     let name = &results.summary.axes[along].name;
     results.by_slice(
@@ -49,8 +49,8 @@ fn error(point: &PointSummary) -> f64 {
     point.stderr.unwrap_or(0.0)
 }
 
-/// λ with error bars: with the symbol of the motion or, if there are sweeps in both directions, as dots in the colour
-/// of the direction. Returns the end of its key \[px\].
+/// Draws a panel of λ with error bars, and its key. Points have the symbol of their motion or, if there are
+/// sweeps in two directions, dots in the colour of the direction. Returns the lower end of the key \[px\].
 pub(super) fn panel(
     canvas: &mut Canvas,
     [top, bottom]: [f64; 2],
@@ -94,7 +94,7 @@ pub(super) fn panel(
     legend(canvas, &sweeps, points, top + 12.0)
 }
 
-/// Names of curves and symbols, from a height down; returns the end \[px\].
+/// Draws the names of curves and symbols, from the height `y` down; returns the lower end \[px\].
 fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], mut y: f64) -> f64 {
     canvas.dashes([MARGIN, y], [MARGIN + SAMPLE, y], SOFT, 1.2);
     y += entry(canvas, [MARGIN, y], "λ = 0");
@@ -108,7 +108,7 @@ fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], m
             y += entry(canvas, [MARGIN, y], &format!("sweep {}", sweep.direction));
         }
     }
-    // Without sweeps, the key of symbols names these motions.
+    // Without sweeps in two directions, the key of symbols names these motions.
     let mut marked = counts(points.iter().copied());
     marked.retain(|motion, _| motion.is_marked() && sweeps.len() > 1);
     for (motion, count) in marked {
@@ -127,7 +127,7 @@ fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], m
     y
 }
 
-/// An error bar between two heights.
+/// Draws an error bar between two heights, with or without whiskers at its ends.
 fn bar(canvas: &mut Canvas, x: f64, ends: [f64; 2], colour: Colour, whiskers: bool) {
     canvas.line(&ends.map(|y| [x, y]), colour, 1.2);
     for y in ends.into_iter().filter(|_| whiskers) {
@@ -135,7 +135,7 @@ fn bar(canvas: &mut Canvas, x: f64, ends: [f64; 2], colour: Colour, whiskers: bo
     }
 }
 
-/// The points of one sweep, in the colour `sweep_colour` if there are several sweeps.
+/// Draws the points of one sweep. `sweep_colour` is its colour if there are several sweeps.
 fn symbols(
     canvas: &mut Canvas,
     panel: &Panel,
@@ -147,7 +147,7 @@ fn symbols(
         let points = sweep.points.iter();
         points.filter_map(|point| Some((*point, point.lambda?)))
     };
-    // Symbols of a dense sweep would hide its line, and each other.
+    // Symbols are smaller in a dense sweep, where they would hide each other and the line.
     let room = 0.4 * (RIGHT - LEFT) / sweep.points.len().max(1) as f64;
     let symbol = |canvas: &mut Canvas, at: Place, point: &PointSummary| match sweep_colour {
         Some(_) if Motion::of(point).is_marked() => {

@@ -13,7 +13,7 @@ use super::ramp::{bar, viridis};
 use super::results::Results;
 use crate::report::PointSummary;
 
-/// Cells of points that are not chaotic: pale, so that the ramp stands out.
+/// The colour of a cell that is not chaotic: pale, so that the colours of the ramp are conspicuous.
 fn pale_colour(motion: Motion) -> Colour {
     match motion {
         Motion::Failed | Motion::NotConverged => motion.colour(),
@@ -22,13 +22,13 @@ fn pale_colour(motion: Motion) -> Colour {
     }
 }
 
-/// The largest exponent of a chaotic point of the results: one scale for all slices, so that they can be compared.
+/// The largest exponent of all chaotic points: all slices have one scale, so that they can be compared.
 pub(super) fn largest_of(results: &Results) -> f64 {
     let chaotic = (results.summary.all.iter()).filter(|point| Motion::of(point).is_chaos());
     chaotic.filter_map(|point| point.lambda).fold(0.0, f64::max)
 }
 
-/// The colour of a point.
+/// The colour of a point: a ramp from 0 to `largest` for chaotic points, else by its kind of motion.
 pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
     match Motion::of(point) {
         motion if !motion.is_chaos() => pale_colour(motion),
@@ -37,7 +37,7 @@ pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
     }
 }
 
-/// A cell of the key, for motions outside the ramp and for hatching.
+/// The sample of a motion in the key, for motions outside the ramp and for hatching.
 fn sample(motion: Motion) -> PointStyle {
     if motion.is_hatched() {
         PointStyle {
@@ -84,7 +84,7 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
                 y = bottom + 26.0;
             }
             let bottom = HEIGHT[1] - 50.0;
-            // The entry of hatching comes first, because a key with many kinds leaves some out.
+            // The entry of hatching comes first, because a key with many kinds leaves out the last ones.
             let hatched = others
                 .extract_if(.., |motion, _| motion.is_hatched())
                 .collect();
@@ -97,7 +97,7 @@ pub(super) fn draw(results: &Results, cells: &Cells<'_>) -> Drawn {
     )
 }
 
-/// A kind of motion in a cell.
+/// The style of a kind of motion in a cell.
 fn class_cell(motion: Motion) -> PointStyle {
     PointStyle {
         hatched: motion.is_hatched(),
@@ -105,7 +105,7 @@ fn class_cell(motion: Motion) -> PointStyle {
     }
 }
 
-/// The kind of motion over two axes.
+/// Draws the kind of motion over two axes, one picture per slice.
 pub(super) fn draw_classes(results: &Results, cells: &Cells<'_>) -> Drawn {
     results.by_slice(
         PictureKind::Classes,

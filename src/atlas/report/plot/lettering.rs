@@ -1,4 +1,4 @@
-//! How wide is a text, and how does it fit into its place?
+//! Widths of texts, and the fitting of texts into a limited width.
 
 use std::sync::OnceLock;
 
@@ -8,8 +8,8 @@ use plotters::style::{FontDesc, FontFamily, FontStyle, register_font};
 static FONT: &[u8] = include_bytes!("fonts/DejaVuSans-subset.ttf");
 /// Font families for SVG viewers. Verdana has the widths of DejaVu Sans.
 pub(super) const FAMILY: &str = "DejaVu Sans, Verdana, sans-serif";
-/// Ascent plus descent of DejaVu Sans over its em (1901 + 483 of 2048 units): the bitmap backend takes this height as
-/// the size.
+/// Ascent plus descent of DejaVu Sans, divided by its em (1901 + 483 of 2048 units). The bitmap backend takes
+/// this height as the size of a font.
 pub(super) const LINE_PER_EM: f64 = 2384.0 / 2048.0;
 
 /// Registers the font once; returns whether this worked.
@@ -20,7 +20,7 @@ pub(super) fn font_is_ready() -> bool {
 
 /// Width of a text \[px\].
 pub(super) fn text_width(text: &str, size: f64) -> f64 {
-    // Measured at a large size, because the result is in whole pixels.
+    // The text is measured at a large size, because the backend returns whole pixels.
     const LARGE: f64 = 100.0;
     let font = FontDesc::new(
         FontFamily::Name(FAMILY),
@@ -28,7 +28,7 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
         FontStyle::Normal,
     );
     let measured = if font_is_ready() { font.box_size(text).ok() } else { None };
-    // Without a font: letters are 0.6 em wide on average.
+    // If the font cannot be read: letters are 0.6 em wide on average.
     let width = measured.map_or_else(
         || 0.6 * LARGE * text.chars().count() as f64,
         |(width, _)| f64::from(width),
@@ -36,8 +36,8 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     width * size / LARGE
 }
 
-/// A text in one line no wider than `width` \[px\]: scaled down, but not below `least`, and cut if that is not enough.
-/// Returns the text and its em size.
+/// A text in one line no wider than `width` \[px\], and its em size. The size is reduced to `least` at most;
+/// if this is not enough, the text is cut.
 pub(super) fn fitted(text: &str, size: f64, least: f64, width: f64) -> (String, f64) {
     let wide = text_width(text, size);
     if wide <= width {
@@ -70,7 +70,7 @@ fn cut(text: &str, size: f64, width: f64) -> String {
     if text_width(text, size) <= width {
         return text.to_owned();
     }
-    // Keep only a readable part of a name that is far too long.
+    // Begin with the first 300 characters, because each step of the loop measures the text.
     let mut kept: String = text.chars().take(300).collect();
     while kept.pop().is_some() {
         let shown = format!("{}…", kept.trim_end());
@@ -81,8 +81,8 @@ fn cut(text: &str, size: f64, width: f64) -> String {
     "…".to_owned()
 }
 
-/// Heights near the `wanted` ones, in the same order, at least `distance` apart and between two bounds if there is
-/// room.
+/// Heights near the `wanted` ones, in the same order. They are at least `distance` apart, and between both
+/// bounds if there is room.
 pub(super) fn spread_out(wanted: &[f64], distance: f64, [top, bottom]: [f64; 2]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));

@@ -1,10 +1,10 @@
-//! The look of bifurcations: one symbol, one colour and one name per kind, in all pictures.
+//! Markers, and the symbol, colour and name of each kind of bifurcation, the same in all pictures.
 
 use super::canvas::{Canvas, Colour, INK, Place, WHITE, WIDTH};
 use super::lettering::wrapped;
 use super::panel::TICK_SIZE;
 
-/// A symbol.
+/// The shape of a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Marker {
     Disc,
@@ -18,7 +18,7 @@ pub(super) enum Marker {
     Bar,
 }
 
-/// Symbols without a fixed meaning, distinguishable when filled.
+/// Markers without a fixed meaning that readers can distinguish when they are filled.
 pub(super) const OTHERS: [Marker; 5] = [
     Marker::Disc,
     Marker::Square,
@@ -42,17 +42,17 @@ impl Marker {
         }
     }
 
-    /// Draws the symbol; closed symbols are white.
+    /// Draws the marker at its usual size; closed shapes are filled with white.
     pub fn draw(self, canvas: &mut Canvas, at: Place) {
         self.filled(canvas, at, WHITE);
     }
 
-    /// Draws the symbol; closed symbols have the colour `fill` and an edge of ink.
+    /// Draws the marker at its usual size; closed shapes have the colour `fill` and a dark edge.
     pub fn filled(self, canvas: &mut Canvas, at: Place, fill: Colour) {
         self.sized(canvas, at, fill, 1.0);
     }
 
-    /// Draws the symbol with a fill, larger or smaller by a factor.
+    /// Draws the marker with a fill, scaled by a factor.
     pub fn sized(self, canvas: &mut Canvas, [x, y]: Place, fill: Colour, factor: f64) {
         let corners: &[Place] = match self {
             Self::Square => &[[-0.9, -0.9], [0.9, -0.9], [0.9, 0.9], [-0.9, 0.9]],
@@ -93,7 +93,8 @@ impl Marker {
     }
 }
 
-/// The colour of a kind's curve, from Okabe and Ito's palette, which colour-blind readers can distinguish.
+/// The colour of the curve of a kind of bifurcation, from Okabe and Ito's palette, which colour-blind readers
+/// can distinguish.
 pub(in crate::report) fn colour(kind: &str) -> Colour {
     match kind {
         "fold" => Colour(0xd5, 0x5e, 0x00),
@@ -104,7 +105,7 @@ pub(in crate::report) fn colour(kind: &str) -> Colour {
     }
 }
 
-/// The name of a kind, for example `period doubling` or `onset of rattle`.
+/// The name of a kind of bifurcation, for example `period doubling` or `onset of rattle`.
 pub(in crate::report) fn name(kind: &str) -> String {
     match kind {
         "onset" => "onset of rattle".to_owned(),
@@ -115,8 +116,8 @@ pub(in crate::report) fn name(kind: &str) -> String {
 /// Width of the sample of an entry of a key \[px\].
 pub(super) const SAMPLE: f64 = 22.0;
 
-/// The words of an entry of a key, to the right of its sample, in as many lines as necessary. Returns the height used
-/// \[px\].
+/// Writes the text of an entry of a key to the right of its sample, in as many lines as necessary. Returns
+/// the height of the entry \[px\].
 pub(super) fn entry(canvas: &mut Canvas, [x, y]: Place, text: &str) -> f64 {
     const PITCH: f64 = 22.0;
     const LINE: f64 = 15.0;

@@ -1,4 +1,4 @@
-//! Pictures of a results or trace folder, in SVG and PNG, from its Parquet files alone, and of a mesh table.
+//! Pictures in SVG and PNG of a results or trace folder, from its Parquet files alone, and of a mesh table.
 //!
 //! Each kind of picture is first a list of shapes on a [`canvas`], and one module turns it into SVG or PNG. The same
 //! files give the same bytes.
@@ -78,18 +78,18 @@ pub use picture_kind::PictureKind;
 pub(super) use ramp::colours as ramp_colours;
 pub use request::{DEFAULT_ORDERS, PlotRequest};
 
-/// Requirement of pictures of a mesh.
+/// Message if a picture of a mesh is requested from something else.
 const MESH_NEEDED: &str =
     "this picture needs a mesh table, a file that `atlas table MANIFEST` writes";
 
-/// Source of Campbell diagrams.
+/// Message if a Campbell diagram is requested from results.
 const CAMPBELL_APART: &str = "results contain no natural frequencies; `atlas plot m.toml --what campbell` computes \
                               them from a manifest";
 
-/// Requirement of pictures of followed orbits.
+/// Message if a picture of followed orbits is requested, but there are none.
 const FOLLOWED_NEEDED: &str = "there is no branches.parquet; `atlas follow` writes it";
 
-/// The given source: a folder, which may be of several kinds at once, or a table file.
+/// A source of pictures: a folder, which may have several kinds of contents at once, or a table file.
 struct Source {
     results: Option<Results>,
     /// Followed orbits, and the units of their axes.
@@ -191,7 +191,7 @@ impl Source {
             });
         }
         let holds = |kind: TableKind| path.join(kind.file_name()).exists();
-        // A record proves that there were tables.
+        // A record of a run proves that there were tables. If they are lost, reading them gives the error.
         let recorded = record_paths(path).is_ok_and(|records| !records.is_empty());
         let has_results = recorded || holds(TableKind::Points);
         let has_trace = holds(TableKind::Trace);
@@ -268,7 +268,7 @@ impl Source {
         })
     }
 
-    /// The results that contain the columns.
+    /// The results with points. The error names a kind of picture that `columns` may have misspelt.
     fn results_with_points(
         &self,
         path: &Path,
@@ -340,14 +340,14 @@ impl Source {
                 (self.followed.as_ref()).is_some_and(|(followed, _)| followed.second.is_some())
             }
             PictureKind::Phase => self.results.is_some() || self.recording.is_some(),
-            // These tables exist only if the job requested them.
+            // These pictures need a table that exists only if the job requested it.
             PictureKind::Shares => self.holds(TableKind::Attractors),
             PictureKind::Basins => self.holds(TableKind::Basins),
             PictureKind::Multipliers | PictureKind::Kicks => self.holds(TableKind::Orbits),
             PictureKind::Convergence => {
                 (self.results.as_ref()).is_some_and(convergence::has_history)
             }
-            // Few jobs request a horizon: leave the picture out silently if there is no table.
+            // Few jobs request a horizon. Without its table, no note says that the picture is left out.
             PictureKind::Horizon => (self.results.as_ref()).is_some_and(|results| {
                 results.folder.join(TableKind::Horizon.file_name()).exists()
             }),

@@ -1,4 +1,5 @@
-//! The look of a point's motion: one colour, one symbol, one mark and one name per kind of motion, in all pictures.
+//! The kinds of motion in pictures. Each kind has one colour, one symbol, one mark and one name in all
+//! pictures.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +13,7 @@ use super::ramp::ink_on;
 use crate::report::PointSummary;
 use crate::report::point::{CHAOTIC, TRANSIENT_CHAOS};
 
-/// Kind of motion, or the reason for its absence; the calmest first.
+/// Kind of motion of a point, or the reason why it has none; the calmest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(in crate::report) enum Motion {
     SteadyContact,
@@ -54,10 +55,11 @@ impl Motion {
         matches!(self, Self::TransientChaos | Self::NotConverged)
     }
 
-    /// Okabe and Ito's green and vermilion, a paler vermilion for transient chaos, and for periods a family of shades
-    /// per prime factor, darker after every doubling. Colour-blind readers can distinguish them; a test checks this.
-    /// Periods of one shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …) differ by their numbers on maps and by their rows
-    /// elsewhere.
+    /// The colour of the motion. Green and vermilion are from Okabe and Ito's palette, and transient chaos
+    /// has a paler vermilion. Periods have one family of shades per odd factor (1, 3, 5, others), darker
+    /// after every doubling. Colour-blind readers can distinguish all these colours; a test checks this. Some
+    /// periods share a shade (8, 16, …; 12, 24, …; 10, 20, …; 7, 9, …). They differ by their numbers on maps,
+    /// and by their rows or names elsewhere.
     pub fn colour(self) -> Colour {
         match self {
             Self::SteadyContact => Colour(0xdc, 0xdc, 0xdc),
@@ -138,14 +140,14 @@ pub(super) fn counts<'p>(
     counts
 }
 
-/// A period without its factors of two, and the number of these factors. An unknown period counts as 1.
+/// The odd factor of a period, and the number of its factors of two. An unknown period (0) counts as 1.
 fn family(period: u64) -> (u64, u32) {
     let doublings = period.max(1).trailing_zeros();
     (period.max(1) >> doublings, doublings)
 }
 
-/// The kinds of motion that a key with `most` entries names: the most frequent ones, the calmest first. Also the number
-/// of kinds that it leaves out.
+/// The kinds of motion for a key with at most `most` entries: the most frequent kinds, in the order of
+/// [`Motion`], and the number of kinds that are left out.
 fn leading(counts: &BTreeMap<Motion, usize>, most: usize) -> (BTreeMap<Motion, usize>, usize) {
     let mut frequent: Vec<(Motion, usize)> = counts.iter().map(|(m, n)| (*m, *n)).collect();
     frequent.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -153,12 +155,12 @@ fn leading(counts: &BTreeMap<Motion, usize>, most: usize) -> (BTreeMap<Motion, u
     (frequent.into_iter().take(most).collect(), left)
 }
 
-/// Distance of the entries of a key \[px\].
+/// Distance between entries of a key \[px\].
 const PITCH: f64 = 24.0;
 /// Width and height of a sample \[px\].
 const SAMPLE: [f64; 2] = [20.0, 18.0];
 
-/// A sample of a key: a cell with its look on the map, with the letter of its motion if the map has letters.
+/// Draws a sample of a key: a cell as on the map, with the letter of its motion if the map has letters.
 pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &PointStyle) {
     let (corner, colour) = ([x + SAMPLE[0], y + SAMPLE[1]], look.colour);
     canvas.rectangle([x, y], corner, colour);
@@ -177,7 +179,7 @@ pub(super) fn cell_sample(canvas: &mut Canvas, [x, y]: Place, look: &PointStyle)
     canvas.text(at, &look.text, TICK_SIZE, ink_on(colour), Anchor::Middle);
 }
 
-/// A key whose samples are cells.
+/// Draws a key whose samples are cells. Returns the height used \[px\].
 pub(super) fn cell_key(
     canvas: &mut Canvas,
     at: Place,
@@ -191,13 +193,14 @@ pub(super) fn cell_key(
     key(canvas, at, bottom, counts, sample)
 }
 
-/// A sample of a key: a motion's symbol on curves.
+/// Draws a sample of a key: the symbol of a motion on curves.
 pub(super) fn marker_sample(canvas: &mut Canvas, [x, y]: Place, motion: Motion) {
     let at = [x + 0.5 * SAMPLE[0], y + 0.5 * SAMPLE[1]];
     motion.marker().filled(canvas, at, motion.colour());
 }
 
-/// Names with their counts, beside their samples, from a place down to a bottom. Returns the height used \[px\].
+/// Draws the names of motions with their counts, each beside its sample, from a place down to at most
+/// `bottom`. Returns the height used \[px\].
 pub(super) fn key(
     canvas: &mut Canvas,
     [x, top]: Place,
@@ -206,7 +209,7 @@ pub(super) fn key(
     sample: impl Fn(&mut Canvas, Place, Motion),
 ) -> f64 {
     let room = ((bottom - top) / PITCH).max(1.0) as usize;
-    // One line gives the number of kinds that are left out.
+    // If some kinds are left out, one line gives their number.
     let most = if counts.len() > room { room.saturating_sub(1).max(1) } else { room };
     let (named, left) = leading(counts, most);
     let left_out = (left > 0).then(|| format!("… and {left} more classes"));

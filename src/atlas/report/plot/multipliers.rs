@@ -1,4 +1,4 @@
-//! Floquet multipliers of a point's periodic orbits in the complex plane, about the unit circle.
+//! Floquet multipliers of a point's periodic orbits in the complex plane, with the unit circle.
 
 use std::f64::consts::TAU;
 
@@ -18,11 +18,11 @@ use crate::report::orbits::Orbit;
 const SIDE: f64 = 520.0;
 const MARGIN: f64 = LEFT + SIDE + 28.0;
 
-/// Smallest and largest half side of the shown plane. Multipliers further out are drawn at the edge, so that the circle
-/// stays visible.
+/// Smallest and largest half side of the shown part of the plane. Multipliers farther out are drawn at its
+/// edge, so that the unit circle stays visible.
 const EXTENT: [f64; 2] = [1.25, 4.0];
 
-/// Room around the outermost multiplier.
+/// Half side of the shown part of the plane, divided by the modulus of the outermost multiplier.
 const MARGIN_FACTOR: f64 = 1.12;
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {

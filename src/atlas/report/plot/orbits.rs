@@ -13,7 +13,7 @@ use crate::report::orbits::Orbit;
 const MOST_ENTRIES: usize = 11;
 const ENTRY: f64 = 42.0;
 
-/// A picture for each point whose orbits have the drawn data, or for the requested point.
+/// Draws one picture per point with orbits that are `drawable`, or only that of the requested point.
 pub(super) fn pictures(
     results: &Results,
     request: &PlotRequest,
@@ -64,7 +64,8 @@ pub(super) fn orbit_colour(place: usize) -> Colour {
     colour(place)
 }
 
-/// The orbits with their numbers, downwards from a place, with a second line for each.
+/// Draws the key: the orbits with their numbers, from a place down. `second` gives the second line of an
+/// entry.
 pub(super) fn key(
     canvas: &mut Canvas,
     at: Place,
@@ -91,8 +92,8 @@ pub(super) fn key(
 /// Distance between the centres of two numbers \[px\].
 const NUMBER_DISTANCE: f64 = 20.0;
 
-/// Writes the numbers of orbits at their places. A number whose place is taken moves up or down, and a line leads to
-/// its place. Earlier entries of the list stay nearer to their places.
+/// Writes the numbers of orbits at their places. A number whose place is taken moves up or down, and a line
+/// connects it to its place. Entries at the beginning of the list move least.
 pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
     let mut taken: Vec<Place> = Vec::new();
     for (_, wanted) in wanted {
@@ -113,7 +114,7 @@ pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
     }
 }
 
-/// A disc in an orbit's colour with its number, from 1.
+/// Draws a disc in the colour of an orbit, with the number of the orbit, from 1.
 fn numbered(canvas: &mut Canvas, centre: Place, place: usize) {
     canvas.disc(centre, 9.5, WHITE);
     canvas.disc(centre, 8.5, orbit_colour(place));

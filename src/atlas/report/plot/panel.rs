@@ -1,10 +1,10 @@
-//! A panel: two axes with ticks and labels, and the marks drawn between them.
+//! A panel: a rectangle of a picture with two axes, their ticks and their labels.
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, FAINT, INK, Place, SOFT};
 use super::lettering::{fitted, spread_out, text_width, wrapped};
 
-/// Left edge, and top and bottom below a title, of most pictures \[px\].
+/// Left edge, top and bottom of the panel in most pictures \[px\].
 pub(super) const LEFT: f64 = 92.0;
 pub(super) const TOP: f64 = 72.0;
 pub(super) const BOTTOM: f64 = 526.0;
@@ -14,14 +14,14 @@ pub(super) const TICK_SIZE: f64 = 12.5;
 pub(super) const LABEL_SIZE: f64 = 14.0;
 
 impl Canvas {
-    /// A text of the size of ticks that begins at a place.
+    /// Adds a text in the size of tick texts that begins at a place.
     pub fn label(&mut self, at: Place, text: &str, colour: Colour) {
         self.text(at, text, TICK_SIZE, colour, Anchor::Start);
     }
 }
 
-/// Baseline of the label of a vertical axis: left of the ticks. If ticks are short, it is the same for panels above
-/// each other.
+/// Horizontal position of the label of a vertical axis, left of the tick texts \[px\]. It is the same for
+/// panels above each other if their tick texts are short.
 pub(super) fn label_place(left: f64, widest_tick: f64) -> f64 {
     (left - 58.0)
         .min(left - 22.0 - widest_tick)
@@ -64,8 +64,8 @@ impl Panel {
         [self.x(x), self.y(y)]
     }
 
-    /// Draws grid lines, frame, ticks and labels. `named` panels have the texts of the horizontal axis. If panels are
-    /// above each other, only the lowest is `named`.
+    /// Draws grid lines, frame, ticks and labels. The texts of the horizontal axis are drawn only if `named`.
+    /// If panels are above each other, only the lowest is `named`.
     pub fn frame(&self, canvas: &mut Canvas, named: bool) {
         self.ticks_across(canvas, named);
         let ticks = self.up.ticks(((self.bottom - self.top) / 40.0) as usize);
@@ -82,13 +82,13 @@ impl Panel {
         self.outline(canvas);
     }
 
-    /// The edges of the panel.
+    /// Draws the edges of the panel.
     pub fn outline(&self, canvas: &mut Canvas) {
         canvas.outline([self.left, self.top], [self.right, self.bottom], INK, 1.0);
     }
 
-    /// The label of the vertical axis with its baseline at `x`: no longer than the height of the panel, in two lines if
-    /// they have room.
+    /// Draws the label of the vertical axis, with its baseline at `x`. It is about as long as the panel is
+    /// high at most. A longer label has two lines if there is room, else smaller letters.
     fn label_up(&self, canvas: &mut Canvas, x: f64) {
         const LINE: f64 = 16.0;
         let (middle, length) = (
@@ -108,7 +108,7 @@ impl Panel {
         }
     }
 
-    /// Grid lines, ticks and, if `named`, texts of the horizontal axis.
+    /// Draws grid lines and ticks of the horizontal axis and, if `named`, its texts.
     pub fn ticks_across(&self, canvas: &mut Canvas, named: bool) {
         for (value, text) in self
             .across
@@ -129,7 +129,8 @@ impl Panel {
         }
     }
 
-    /// Dashed lines at values, with their names to the right of the panel, without overlap.
+    /// Draws dashed lines at values of the vertical axis, with their names to the right of the panel, without
+    /// overlap.
     pub fn levels(&self, canvas: &mut Canvas, levels: &[(f64, &str)], colour: Colour) {
         let wanted: Vec<f64> = levels.iter().map(|(value, _)| self.y(*value)).collect();
         let places = spread_out(&wanted, 1.3 * TICK_SIZE, [self.top, self.bottom]);
@@ -139,7 +140,7 @@ impl Panel {
         }
     }
 
-    /// A note in the middle of a panel without data.
+    /// Writes a note in the middle of a panel without data.
     pub fn note(&self, canvas: &mut Canvas, text: &str) {
         let at = [
             0.5 * (self.left + self.right),

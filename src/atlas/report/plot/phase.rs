@@ -1,5 +1,5 @@
-//! Phase portraits: deflection and its rate. From a trace, the orbit with its strobe
-//! samples; from results, the strobe samples alone.
+//! Phase portraits. From a trace: the trajectory in the plane of deflection and its rate, with the states at
+//! mesh phase 0. From results: the Poincaré samples of one point.
 
 use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT};
@@ -16,17 +16,17 @@ use crate::report::PointSummary;
 use crate::report::numbers::plural;
 use crate::store::TableKind;
 
-/// Largest number of mesh cycles drawn of an orbit.
+/// Largest number of mesh cycles of a trace that are drawn.
 const MOST_CYCLES: u64 = 400;
-/// Colour of the orbit below the strobe samples.
+/// Colour of the trajectory below the states at mesh phase 0.
 const ORBIT: Colour = Colour(0x7f, 0xb2, 0xd9);
 
 fn panel(across: Axis, up: Axis) -> Panel {
     Panel::new([92.0, 820.0], [72.0, 526.0], across, up)
 }
 
-/// Poincaré samples of one point in a plane in which they differ: the requested point, else the most chaotic, else the
-/// one with the largest RMS.
+/// Draws the Poincaré samples of one point, in the plane of two quantities that vary on the section. The
+/// point is the requested one, else the most chaotic, else the one with the largest RMS.
 pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let table = results.needed(TableKind::Poincare, PictureKind::Phase)?;
     let ids = table.u64("point_id")?;
@@ -89,7 +89,7 @@ pub(super) fn of_results(results: &Results, request: &PlotRequest) -> Result<Dra
     Ok(Drawn::one(name, canvas))
 }
 
-/// The orbit of a trace, with a dot at the start of each mesh cycle.
+/// Draws the trajectory of a trace, with a dot at the start of each mesh cycle.
 pub(super) fn of_trace(recording: &Recording) -> Drawn {
     let rows = recording.first_cycles(MOST_CYCLES);
     let (deflection, rate) = (&recording.deflection[..rows], &recording.velocity[..rows]);

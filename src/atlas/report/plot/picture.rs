@@ -41,7 +41,7 @@ impl Picture {
     }
 }
 
-/// Pictures of a folder.
+/// Drawn pictures, with notes on what is not drawn.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Drawn {
     /// The pictures, by kind.
@@ -58,12 +58,12 @@ impl Drawn {
         }
     }
 
-    /// No pictures yet, but a note if not all slices will be drawn.
+    /// A start without pictures, with a note if only `drawn` of `all` slices will be drawn.
     pub(super) fn of_slices(what: PictureKind, drawn: usize, all: usize) -> Self {
         Self::sliced(what.name(), drawn, all)
     }
 
-    /// [`Self::of_slices`] for a picture whose name is not that of a kind.
+    /// As [`Self::of_slices`], for a picture whose name is not that of a kind.
     pub(super) fn sliced(name: &str, drawn: usize, all: usize) -> Self {
         let mut notes = Vec::new();
         if drawn < all {
@@ -77,7 +77,7 @@ impl Drawn {
         }
     }
 
-    /// Adds a note with the number of overlapping marks of each picture that were left out.
+    /// Adds a note for each picture with marks that were left out because they overlap others: their number.
     pub(super) fn say_what_was_thinned(&mut self) {
         for picture in self
             .pictures

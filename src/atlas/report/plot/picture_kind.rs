@@ -19,13 +19,13 @@ pub enum PictureKind {
     Branches,
     /// Bifurcation curves in the plane of both followed axes.
     Curves,
-    /// Basin shares over one axis, a colour a branch of attractors.
+    /// Basin shares over one axis, one colour per branch of attractors.
     Shares,
-    /// Slices of initial states, a colour an attractor.
+    /// Slices of initial states, one colour per attractor.
     Basins,
     /// Multipliers of a point's periodic orbits, about the unit circle.
     Multipliers,
-    /// How a kick off each periodic orbit of a point grows from return to return.
+    /// Growth of a kick from each periodic orbit of a point, return by return.
     Kicks,
     /// Deflection and force of a point over mesh orders.
     Spectrum,
@@ -35,9 +35,9 @@ pub enum PictureKind {
     Orders,
     /// Natural frequencies, orders and resonances over the speed, from the manifest.
     Campbell,
-    /// How twins of a point part, and how its averages settle.
+    /// Separation of twin trajectories of a point, and standard errors of its averages.
     Horizon,
-    /// How the exponents of a point settled over the cycles measured.
+    /// Lyapunov exponents of a point over the measured cycles.
     Convergence,
     /// Phase portrait of a trace, or strobe samples of a point.
     Phase,

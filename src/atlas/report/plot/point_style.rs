@@ -1,20 +1,20 @@
-//! How does a point look in a cell of a map?
+//! The style of a point in a cell of a map.
 
 use super::canvas::Colour;
 
-/// The look of a point in its cell.
+/// The style of a point in its cell.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PointStyle {
     pub colour: Colour,
     pub text: String,
-    /// Diagonal lines over the colour: some trajectories left its chaos.
+    /// Whether diagonal lines cover the colour: transient chaos.
     pub hatched: bool,
-    /// A dot in the corner: its standard errors are not verified.
+    /// Whether the corner has a dot: the standard errors are not verified.
     pub dotted: bool,
 }
 
 impl PointStyle {
-    /// A colour and a text.
+    /// A style with a colour and a text only.
     pub fn plain(colour: Colour, text: &str) -> Self {
         Self {
             colour,

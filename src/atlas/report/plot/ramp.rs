@@ -1,11 +1,11 @@
-//! The colour ramp for magnitudes: viridis (van der Walt and Smith, 2015; CC0), dark to bright, so that the order is
-//! visible to colour-blind readers and in grey prints.
+//! The colour ramp for magnitudes: viridis (van der Walt and Smith, 2015; CC0). It goes from dark to bright,
+//! so that the order is visible to colour-blind readers and in grey prints.
 
 use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, INK, WHITE};
 use super::panel::{LABEL_SIZE, TICK_SIZE};
 
-/// Nine even steps of viridis.
+/// Viridis at nine evenly spaced fractions.
 const VIRIDIS: [Colour; 9] = [
     Colour(0x44, 0x01, 0x54),
     Colour(0x47, 0x2d, 0x7b),
@@ -18,12 +18,12 @@ const VIRIDIS: [Colour; 9] = [
     Colour(0xfd, 0xe7, 0x25),
 ];
 
-/// Even steps of the ramp, dark to bright.
+/// Colours at evenly spaced fractions of the ramp, dark to bright.
 pub(in crate::report) fn colours() -> [Colour; 9] {
     VIRIDIS
 }
 
-/// The colour of a fraction between 0 and 1.
+/// The colour of the ramp at a fraction, which is clamped to 0 to 1.
 pub(super) fn viridis(fraction: f64) -> Colour {
     let position = fraction.clamp(0.0, 1.0) * (VIRIDIS.len() - 1) as f64;
     let step = (position as usize).min(VIRIDIS.len() - 2);
@@ -35,7 +35,7 @@ pub(super) fn viridis(fraction: f64) -> Colour {
     Colour(mix(a.0, b.0), mix(a.1, b.1), mix(a.2, b.2))
 }
 
-/// Ink that is legible on a colour.
+/// Text colour that is legible on a background colour.
 pub(super) fn ink_on(colour: Colour) -> Colour {
     let Colour(r, g, b) = colour;
     // Luma of ITU-R BT.601.
@@ -43,12 +43,12 @@ pub(super) fn ink_on(colour: Colour) -> Colour {
     if luma > 140.0 { INK } else { WHITE }
 }
 
-/// A bar from `top` to `bottom`, with ticks and the axis label on its right.
+/// Draws a colour bar from `top` to `bottom`, with ticks and the label of the axis on its right.
 pub(super) fn bar(canvas: &mut Canvas, x: f64, [top, bottom]: [f64; 2], axis: &Axis) {
     const WIDTH: f64 = 18.0;
     const STEPS: usize = 64;
     for step in 0..STEPS {
-        // Each step reaches below the one before, because abutting edges show as seams in some viewers.
+        // Each step overlaps the one below it, because abutting edges show as seams in some viewers.
         let y = |i: usize| bottom - (bottom - top) * i as f64 / STEPS as f64;
         let colour = viridis((step as f64 + 0.5) / STEPS as f64);
         let low = (y(step) + 1.0).min(bottom);

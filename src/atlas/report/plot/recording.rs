@@ -1,4 +1,4 @@
-//! A trace folder in the form for pictures.
+//! The tables of a trace folder, prepared for pictures.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,9 +12,9 @@ use crate::store::{ResultTable, StoreError, TableKind};
 pub(super) struct ContactChange {
     /// Mesh cycles since the start of the simulation.
     pub time: f64,
-    /// Whether the drive flank changes its state; else the coast flank.
+    /// True for the drive flank, false for the coast flank.
     pub drive: bool,
-    /// Whether contact begins; else it ends.
+    /// True if contact begins, false if it ends.
     pub entry: bool,
 }
 
@@ -29,7 +29,7 @@ pub(super) struct Recording {
     pub velocity: Vec<f64>,
     pub force: Vec<f64>,
     pub contact: Vec<String>,
-    /// \[m\]
+    /// Half the backlash \[m\], if known.
     pub half_gap: Option<f64>,
     /// Mesh period \[s\].
     pub period: Option<f64>,
@@ -70,7 +70,7 @@ impl Recording {
         self.units.get(column).map_or("", String::as_str)
     }
 
-    /// Number of samples in the first mesh cycles.
+    /// Number of samples in the first `cycles` mesh cycles.
     pub fn first_cycles(&self, cycles: u64) -> usize {
         let start = self.time.first().copied().unwrap_or(0.0);
         let end = start + cycles as f64 + 1e-9;
@@ -82,7 +82,7 @@ impl Recording {
         self.phase[row] == 0.0
     }
 
-    /// The point, and the shown part of the recording.
+    /// The line below a title: the point, and the shown part of the recording if this is not all of it.
     pub fn subtitle(&self, rows: usize) -> String {
         let mut parts = Vec::new();
         if !self.point.is_empty() {
@@ -109,7 +109,7 @@ fn times(table: &ResultTable) -> Result<Vec<f64>, StoreError> {
         .collect())
 }
 
-/// The changes of the two flanks. Further contacts have surfaces elsewhere, which the picture does not show.
+/// The contact changes of the two flanks of the first mesh. Pictures do not show further contacts.
 fn changes(events: &ResultTable) -> Result<Vec<ContactChange>, StoreError> {
     let kinds = events.text("kind")?.into_iter();
     Ok(times(events)?
@@ -127,7 +127,7 @@ fn changes(events: &ResultTable) -> Result<Vec<ContactChange>, StoreError> {
         .collect())
 }
 
-/// `{"value":1e-5,"unit":"m"}`.
+/// The value of a quantity in the metadata, such as `{"value":1e-5,"unit":"m"}`.
 fn quantity(text: Option<&str>) -> Option<f64> {
     let value: serde_json::Value = serde_json::from_str(text?).ok()?;
     value.get("value")?.as_f64()

@@ -1,4 +1,4 @@
-//! What does a request for pictures contain?
+//! The request for pictures.
 
 use super::column::PictureRequest;
 use super::display::Display;

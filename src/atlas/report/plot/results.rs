@@ -1,4 +1,4 @@
-//! A results folder in the form for pictures: its summary, the other tables, and the grid cut into slices over one or
+//! A results folder, prepared for pictures: its summary, the other tables, and slices of the grid over one or
 //! two axes.
 
 use std::collections::{BTreeMap, HashMap};
@@ -18,17 +18,17 @@ use crate::store::{ResultTable, RunState, StoreError, TableKind, read_runs, veri
 /// Largest number of slices drawn per kind of picture.
 pub(super) const MOST_SLICES: usize = 24;
 
-/// A results folder.
+/// A results folder, read for pictures.
 pub(super) struct Results {
     pub folder: PathBuf,
     pub summary: Summary,
     pub job: String,
     /// Unit of every column of points.parquet.
     pub units: BTreeMap<String, String>,
-    /// Root mean square deflection of every point \[m\], if measured; empty if no table with pictures of single points
-    /// exists.
+    /// RMS of the deflection about its mean of every point \[m\], if measured, in the order of `summary.all`.
+    /// Empty if the folder has no table whose pictures need it.
     pub deflection_rms: Vec<Option<f64>>,
-    /// A note on missing parts, if any.
+    /// A note on missing parts of the results, if any.
     caveat: Option<String>,
     /// Units of axes in pictures.
     pub shown: AxisUnits,
@@ -48,8 +48,8 @@ pub(super) struct Slice<'a> {
 impl Results {
     /// Reads a folder. Axes have the first of `units` that fits them, else the unit of the manifest.
     pub fn read(folder: &Path, units: &[String]) -> Result<Self, PlotError> {
-        // The available pictures follow from the tables: a lost table must not look like one that the job did not
-        // request.
+        // The available pictures depend on the tables that exist. The check of the records finds a lost
+        // table, which would otherwise look like a table that the job did not request.
         let runs = read_runs(folder)?;
         for run in &runs {
             verify(folder, run)?;
@@ -124,8 +124,8 @@ impl Results {
         free.filter(|&axis| axes[axis].values.len() > 1).collect()
     }
 
-    /// The axis of pictures over one axis: the named one, else the swept one, else the one with most values. If several
-    /// have equally many, the fastest.
+    /// The axis for a picture over one axis: the named axis, else the swept axis, else the axis with most
+    /// values. If several axes have equally many, the fastest of them.
     pub fn along(&self, what: PictureKind, name: Option<&str>) -> Result<usize, PlotError> {
         let varied = self.varied();
         let axis = |index: &usize| &self.summary.axes[*index];
@@ -152,8 +152,8 @@ impl Results {
         }
     }
 
-    /// The axis with a name. Without a name, the swept axis or else the axis with most values (the last of equals),
-    /// other than `except`.
+    /// As [`Self::along`], but an axis with a single value is allowed too. Without a name, the axis is not
+    /// `except`.
     pub fn along_any(&self, name: Option<&str>, except: Option<&str>) -> Result<usize, PlotError> {
         let axes = &self.summary.axes;
         let name =
@@ -181,13 +181,14 @@ impl Results {
         }
     }
 
-    /// The grid cut along some axes, in the order of the fixed values, with separate slices for sweeps up and down; at
-    /// most [`MOST_SLICES`], with the number of all.
+    /// The slices of the grid over the axes `free`, in the order of the values on the other axes, and their
+    /// number. Sweeps up and down are separate slices. At most [`MOST_SLICES`] slices are returned; the
+    /// number counts all.
     pub fn slices(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
         self.cut(free, true)
     }
 
-    /// The grid cut along some axes as in [`Self::slices`], with sweeps up and down in one slice.
+    /// As [`Self::slices`], with sweeps up and down in one slice.
     pub fn slices_of_both(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
         self.cut(free, false)
     }
@@ -218,7 +219,7 @@ impl Results {
                 None => all.push(((key, direction), vec![point])),
             }
         }
-        // Stable sort: of equal values, the sweep up stays first, because its numbers are smaller.
+        // The sort is stable: of two slices with equal values, the one with the first point stays first.
         all.sort_by(|((a, _), _), ((b, _), _)| {
             let order = a.iter().zip(b).map(|(a, b)| a.total_cmp(b));
             order.fold(std::cmp::Ordering::Equal, std::cmp::Ordering::then)
@@ -266,8 +267,8 @@ impl Results {
         (slices.collect(), count)
     }
 
-    /// Axes on which points of a slice differ in addition to those of the slice: the other axes of a list. The points
-    /// of a chain form one line, even if other axes are tied to the axis of the chain.
+    /// Axes other than `free` on which the points of a slice differ: axes that are tied to a free axis. Empty
+    /// if the first free axis is the swept one, because the points of a chain form one line.
     pub fn companion_axes(&self, free: &[usize]) -> Vec<usize> {
         let Summary {
             axes,
@@ -285,8 +286,8 @@ impl Results {
         varied
     }
 
-    /// Indices of points in lines over the first axis of a slice. Points with different values on other axes are on
-    /// different lines.
+    /// Lines through the points of a slice over its first axis, as indices of `points`. Points with different
+    /// values on [`Self::companion_axes`] are on different lines.
     pub fn lines(&self, free: &[usize], points: &[&PointSummary]) -> Vec<Vec<usize>> {
         let others = self.companion_axes(free);
         let mut lines: BTreeMap<Vec<u64>, Vec<usize>> = BTreeMap::new();
@@ -301,7 +302,8 @@ impl Results {
         lines.into_values().collect()
     }
 
-    /// Text that names the other axes in which points of a slice differ, and says whether lines join equal values.
+    /// Text that names the companion axes and says whether lines join points with equal values on them; empty
+    /// without companion axes.
     pub fn lines_words(&self, free: &[usize], points: &[&PointSummary]) -> String {
         let others = self.companion_axes(free);
         let names: Vec<&str> = (others.iter())
@@ -324,7 +326,7 @@ impl Results {
         ["up", "down"].into_iter().filter(occurs).collect()
     }
 
-    /// The line below a title: the slice, and missing parts of the results.
+    /// The line below a title: the given parts, and the note on missing parts of the results.
     pub fn subtitle(&self, parts: &[&str]) -> String {
         let caveat = self.caveat.as_deref();
         let parts = parts.iter().copied().chain(caveat);
@@ -332,12 +334,12 @@ impl Results {
         parts.join("  ·  ")
     }
 
-    /// A canvas with the job and a title, and the line below it.
+    /// A canvas with the job and a title, and `parts` in the line below it.
     pub fn canvas(&self, title: &str, parts: &[&str]) -> Canvas {
         Canvas::titled(&format!("{}: {title}", self.job), &self.subtitle(parts))
     }
 
-    /// A picture per slice of the grid, named by its kind.
+    /// Draws one picture per slice of the grid; its name is the kind and the suffix of the slice.
     pub fn by_slice<'s>(
         &self,
         what: PictureKind,
@@ -358,12 +360,12 @@ impl Results {
         (points.binary_search_by_key(&point_id, |point| point.point_id)).ok()
     }
 
-    /// An axis of a picture, in the unit of the manifest; made from its name and SI unit.
+    /// The axis of a picture for a grid axis, in its shown unit. `make` makes it from name and SI unit.
     pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
         self.shown.axis(axis, make)
     }
 
-    /// `speed 6000 rpm`.
+    /// A value of an axis as text: `speed 6000 rpm`.
     pub fn axis_value_text(&self, axis: &GridAxis, value: f64) -> String {
         self.shown.words(axis, value)
     }
@@ -374,7 +376,7 @@ impl Results {
         point.ok_or(PlotError::UnknownPoint { point_id })
     }
 
-    /// `point 45: load 0.1, speed 1108 rad/s, chaotic`.
+    /// A point as text: `point 45: load 0.1, speed 1108 rad/s  ·  chaotic`.
     pub fn point_words(&self, point: &PointSummary) -> String {
         let values = self.summary.axes.iter().zip(&point.axis_values);
         let values: Vec<String> = values
@@ -394,7 +396,8 @@ impl Results {
     }
 }
 
-/// Four digits, or all if four digits do not distinguish the values of the axis.
+/// A value of an axis as text, with four digits, or with all digits if four do not distinguish the values of
+/// the axis.
 pub(super) fn distinct(axis: &GridAxis, value: f64) -> String {
     let text = number(value);
     let same = axis.values.iter().filter(|other| number(**other) == text);

@@ -1,4 +1,4 @@
-//! Pictures of a run-up: a spectrogram over the speed, and tracks of orders.
+//! Pictures of a run-up: a spectrogram over the speed, and the tracks of orders.
 
 use std::path::Path;
 
@@ -16,12 +16,12 @@ use super::request::PlotRequest;
 use crate::report::numbers::number;
 use crate::store::{ResultTable, StoreError, TableKind};
 
-/// Columns and rows of a spectrogram.
+/// Numbers of columns and rows of a spectrogram.
 const CELLS: [usize; 2] = [342, 227];
 /// Lowest shown level, relative to the largest amplitude: −80 dB.
 const FLOOR: f64 = 1e-4;
 
-/// Rows of a table about one signal.
+/// The rows of a table that belong to one signal.
 struct SignalRows {
     job: String,
     name: String,
@@ -99,7 +99,7 @@ pub(super) fn draw(
     }
 }
 
-/// Levels in colour over speed and frequency.
+/// Draws levels in colour over speed and frequency.
 fn spectrogram(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let lists = signal_rows.table.lists("amplitudes")?;
     let step = column(&signal_rows.table, "frequency_step")?[signal_rows.rows[0]];
@@ -112,7 +112,7 @@ fn spectrogram(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, 
                 .collect()
         })
         .collect();
-    // The mean is not vibration; the window spreads it to line 1.
+    // The mean of the signal is not vibration. It is in line 0, and the window spreads it to line 1.
     let largest = spectra
         .iter()
         .flat_map(|spectrum| spectrum.iter().skip(2))
@@ -137,7 +137,7 @@ fn spectrogram(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, 
             *cell = cell.max(*amplitude);
         }
     }
-    // If spectra are farther apart than cells, each extends to the next.
+    // If spectra are farther apart than a column, each fills the columns up to the next spectrum.
     for at in 1..columns {
         let (before, present) = cells.split_at_mut(at * rows);
         if present[..rows].iter().all(|a| *a == 0.0) {
@@ -160,7 +160,7 @@ fn spectrogram(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, 
     Ok(Drawn::one("spectrogram", canvas))
 }
 
-/// Amplitudes of orders over the speed.
+/// Draws the amplitudes of orders over the speed.
 fn tracks(signal_rows: SignalRows, request: &PlotRequest) -> Result<Drawn, PlotError> {
     let (orders, amplitudes) = (
         column(&signal_rows.table, "order")?,
@@ -204,7 +204,7 @@ fn scale(signal_rows: &SignalRows, request: &PlotRequest) -> Result<Scale, PlotE
     Ok(Scale::new(&signal_rows.name, &signal_rows.unit, &request.display)?.in_decades())
 }
 
-/// An empty picture with its panel.
+/// A picture with an empty panel.
 fn framed(signal_rows: &SignalRows, of: &str, up: Axis) -> (Canvas, Panel) {
     let title = format!("{}: {of} of {}", signal_rows.job, signal_rows.name);
     let mut canvas = Canvas::titled(&title, "");

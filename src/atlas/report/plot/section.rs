@@ -1,10 +1,11 @@
-//! On which section of phase space are the samples of poincare.parquet, and in which quantities do they differ?
+//! The section of phase space on which the samples of poincare.parquet lie, and the quantities that vary on
+//! it.
 
 use super::error::PlotError;
 use crate::report::numbers::number;
 use crate::store::ResultTable;
 
-/// A quantity of a sample: column of poincare.parquet, and its name on an axis.
+/// A quantity of a sample: its column in poincare.parquet, its name on an axis, and its symbol.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Quantity {
     pub column: &'static str,
@@ -31,15 +32,17 @@ const RATE: Quantity = Quantity {
 /// A section.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Section {
-    /// `at mesh phase 0`.
+    /// The section as text: `at mesh phase 0`.
     pub words: String,
-    /// Two quantities in which its samples differ, the second with more information. All samples at entries or releases
-    /// have one deflection, those at an extreme one rate, and those of a strobe one phase.
+    /// Two quantities that vary on the section; a picture over one quantity shows the second. All samples at
+    /// entries or releases have the same deflection, those at extrema the same rate, and those of a strobe
+    /// the same phase.
     pub plane: [Quantity; 2],
 }
 
 impl Section {
-    /// The section of a table's samples: that of the first, because a job has only one.
+    /// The section of the samples of a table. It is that of the first sample, because a job has only one
+    /// section.
     pub fn of(table: &ResultTable) -> Result<Self, PlotError> {
         let kind = table.text("section")?.into_iter().flatten().next();
         let phase = table.f64("phase")?.into_iter().flatten().next();

@@ -19,9 +19,9 @@ use crate::report::numbers::plural;
 
 const RIGHT: f64 = 690.0;
 const MARGIN: f64 = RIGHT + 24.0;
-/// Half the width of the ends of whiskers \[px\].
+/// Half the width of the whiskers of the first branch \[px\].
 const WHISKER: f64 = 3.0;
-/// Additional half width of the whiskers of each next branch \[px\].
+/// Increase of the half width of whiskers from one branch to the next \[px\].
 const WIDER: f64 = 2.0;
 
 /// Draws the shares of every slice of the grid.
@@ -40,7 +40,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     let drawn = results.by_slice(PictureKind::Shares, slices, |slice| {
         let title = format!("basin shares over {name}");
         let mut canvas = results.canvas(&title, &[&slice.words]);
-        // A slice counts its branches from 0, for the colours.
+        // Colours follow the order of the branches within the slice.
         let mut by_branch: BTreeMap<usize, Vec<(&PointSummary, &Attractor)>> = BTreeMap::new();
         for (attractor, branch) in attractors.iter().zip(&followed) {
             let point = slice
@@ -78,7 +78,8 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     Ok(drawn)
 }
 
-/// The intervals of a branch's shares. Its whiskers are slightly wider than those of the branch before.
+/// Draws the 95 % intervals of the shares of a branch. Whiskers of different branches have different widths,
+/// so that they can be distinguished where they overlap.
 fn intervals(
     canvas: &mut Canvas,
     panel: &Panel,
@@ -114,7 +115,7 @@ fn draw_branch(
     }
 }
 
-/// Names of the branches: their kinds of motion, in the order of their first points.
+/// Draws the key: for each branch, its kinds of motion, number of points and RMS.
 fn key(
     canvas: &mut Canvas,
     along: usize,
@@ -153,7 +154,8 @@ fn key(
     }
 }
 
-/// A branch's kinds of motion in the order along the axis, and its points with their RMS.
+/// Two texts about a branch: its kinds of motion in the order along the axis, and its number of points with
+/// the range of their RMS.
 fn described(line: &[(&PointSummary, &Attractor)], along: usize) -> (String, String) {
     let mut line = line.to_vec();
     line.sort_by(|a, b| a.0.axis_values[along].total_cmp(&b.0.axis_values[along]));

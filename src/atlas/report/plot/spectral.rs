@@ -1,5 +1,6 @@
-//! Spectral lines of one signal for all points of a results folder. They come from spectra.parquet. Without spectra,
-//! order cuts use orders.parquet, or for the deflection the harmonics in points.parquet.
+//! Spectral lines of one signal for all points of a results folder. They come from spectra.parquet. If this
+//! table does not exist, order cuts use orders.parquet, and the deflection uses its harmonics in
+//! points.parquet.
 
 use super::column::{SUBORDERS, nearest};
 use super::error::PlotError;
@@ -8,8 +9,8 @@ use super::results::Results;
 use super::spectrum::unit_of;
 use crate::store::{ResultTable, TableKind};
 
-/// The name in `signals` of the manifest for the group of a signal, such as `bearing pinion 1 x`; `None` if it belongs
-/// to no group.
+/// The word for a signal in `signals` of the manifest: `bearings` for `bearing pinion 1 x`. `None` for an
+/// unknown signal.
 fn group(signal: &str) -> Option<&'static str> {
     const GROUPS: [(&str, &str); 7] = [
         ("deflection", "deflection"),
@@ -24,7 +25,8 @@ fn group(signal: &str) -> Option<&'static str> {
     GROUPS.iter().find(of).map(|(_, word)| *word)
 }
 
-/// Largest distance of a line from its order: the spacing of averaged spectra.
+/// Largest distance of a line from an order to which it counts \[mesh orders\]: the spacing of averaged
+/// spectra.
 const REACH: f64 = 1.0 / 64.0;
 
 /// A spectral line.
@@ -41,9 +43,9 @@ pub(super) struct Line {
 /// Lines of one signal over the points.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct SpectralLines {
-    /// `force amplitude`.
+    /// Name of the quantity: `force amplitude`.
     pub name: String,
-    /// SI unit.
+    /// SI unit of the amplitudes.
     pub unit: String,
     /// Lines of each point in ascending order, in the order of the summary; empty if it has none.
     pub lines: Vec<Vec<Line>>,
@@ -185,7 +187,7 @@ impl SpectralLines {
         (!lines.is_empty()).then(|| near.map(|line| line.amplitude).fold(0.0, f64::max))
     }
 
-    /// Whether any point has lines up to an order.
+    /// Whether any point has lines up to this order.
     pub fn reach(&self, order: f64) -> bool {
         let last = self.lines.iter().filter_map(|lines| lines.last());
         last.fold(0.0_f64, |most, line| most.max(line.order)) + REACH > order

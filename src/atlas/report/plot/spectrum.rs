@@ -46,7 +46,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
         return Err(PictureKind::Spectrum.unfit(reason));
     }
     let start = ids.partition_point(|id| *id < Some(point.point_id));
-    // Exact lines are separate; averaged power is a continuous curve.
+    // Exact lines are drawn as separate bars, averaged power as a continuous curve.
     let exact = methods[start].as_deref() == Some("fourier");
     let lines = |signal: &str| -> Vec<[f64; 2]> {
         let end = ids.partition_point(|id| *id <= Some(point.point_id));
@@ -55,7 +55,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
             .filter_map(|row| Some([orders[row]?, amplitudes[row]?]))
             .collect()
     };
-    // One column has both units: `m (deflection) or N (force)`.
+    // The unit of the column names the unit of each signal: `m (deflection) or N (force)`.
     let units = table.units()?.remove("amplitude").unwrap_or_default();
 
     let chosen = request.point.is_none() && results.summary.all.len() > 1;
@@ -80,7 +80,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     Ok(Drawn::one(name, canvas))
 }
 
-/// The unit of a signal in `m (deflection) or N m (torque)`: `torque pinion` is a torque.
+/// The unit of a signal, from a text such as `m (deflection) or N m (torque)`. The signal `torque pinion` is
+/// a torque.
 pub(super) fn unit_of<'u>(units: &'u str, signal: &str) -> &'u str {
     let of = |part: &'u str| {
         let (unit, kind) = part.strip_suffix(')')?.split_once(" (")?;
@@ -148,7 +149,7 @@ fn panel(
                 && place[1] < at[1] - 5.0
         };
         if named.len() < MOST_NAMED && named.iter().all(free) && !path.iter().any(covers) {
-            // In the unit of the axis, so that peaks can be compared.
+            // All amplitudes are in the unit of the axis, so that peaks can be compared.
             let words = [
                 format!("order {}", to_digits(order, 3)),
                 panel.up.with_unit(amplitude),
@@ -163,9 +164,9 @@ fn panel(
     }
 }
 
-/// Lines that exceed their surroundings, in contrast to broad-band humps.
+/// The tones: lines that exceed their neighbours by a factor of two. The lines of broad-band humps do not.
 fn tones(lines: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
-    // The Hann window spreads a tone over two lines on each side of its peak; the third lies outside.
+    // The Hann window spreads a tone over two lines on each side of its peak. The third line is free of it.
     const REACH: usize = 3;
     lines.windows(2 * REACH + 1).filter_map(|around| {
         let line = around[REACH];

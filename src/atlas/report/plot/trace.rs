@@ -1,5 +1,4 @@
-//! A traced trajectory over time: deflection between the flanks, mesh force, and which
-//! flank is in contact.
+//! A traced trajectory over time: deflection between the flanks, mesh force, and the flank in contact.
 
 use super::axis::{Axis, padded, range};
 use super::canvas::{Anchor, BLUE, Canvas, Colour, INK, Place, RED, SOFT, WHITE};
@@ -9,9 +8,10 @@ use super::recording::{ContactChange, Recording};
 use crate::report::numbers::number;
 
 const RIGHT: f64 = 838.0;
-/// Largest number of mesh cycles shown: more would be a black bar.
+/// Largest number of mesh cycles shown. With more, the curve would fill the panel.
 const MOST_CYCLES: u64 = 40;
-/// Largest number of samples drawn of a curve. A longer curve is reduced to the extremes of intervals.
+/// Largest number of places of a drawn curve. A longer curve is reduced to the minimum and maximum of each
+/// interval.
 const MOST_SAMPLES: usize = 6000;
 
 /// Contact states, from bottom to top, with their colours.
@@ -105,7 +105,7 @@ fn curve(canvas: &mut Canvas, panel: &Panel, time: &[f64], values: &[f64]) {
     canvas.line(&path, BLUE, 1.3);
 }
 
-/// Triangles on the flanks: filled where contact begins, hollow where it ends.
+/// Draws triangles on the flanks: filled where contact begins, hollow where it ends.
 fn mark_changes(
     canvas: &mut Canvas,
     panel: &Panel,
@@ -121,7 +121,7 @@ fn mark_changes(
     }
 }
 
-/// The meaning of the triangles, from a place downwards.
+/// Draws the key of the triangles, from a place down.
 fn key(canvas: &mut Canvas, [x, y]: Place) {
     for (line, entry, name) in [(0.0, true, "contact begins"), (1.0, false, "contact ends")] {
         let at = [x + 5.0, y + 18.0 * line];
@@ -135,7 +135,7 @@ fn key(canvas: &mut Canvas, [x, y]: Place) {
     }
 }
 
-/// A triangle that points out of the gap at an entry, into it at a release.
+/// Draws a triangle that points out of the gap if contact begins, and into the gap if contact ends.
 fn triangle(canvas: &mut Canvas, at: Place, change: &ContactChange) {
     const SIZE: f64 = 4.5;
     // The drive flank is at the top, and y points down.
@@ -151,12 +151,13 @@ fn triangle(canvas: &mut Canvas, at: Place, change: &ContactChange) {
     canvas.line(&[corners[0], corners[1], corners[2], corners[0]], RED, 1.0);
 }
 
-/// Whether a state of the contacts counts as one of [`STATES`]. If both flanks are closed, both count.
+/// Whether a recorded state of contact includes one of [`STATES`]. The state `both` includes `drive` and
+/// `coast`.
 fn has(contact: &str, state: &str) -> bool {
     contact == state || (contact == "both" && state != "free")
 }
 
-/// One bar per state, each in a separate row.
+/// Draws the states of contact over time, each state in a separate row.
 fn contact(canvas: &mut Canvas, panel: &Panel, recording: &Recording, rows: usize) {
     let height = (panel.bottom - panel.top) / STATES.len() as f64;
     for (row, (name, colour)) in STATES.iter().enumerate() {

@@ -1,5 +1,5 @@
-//! Spectral lines over an axis of the grid, such as the speed: orders or frequencies on the vertical axis, levels in
-//! colour.
+//! Waterfall: spectral lines over an axis of the grid, such as the speed. The vertical axis has orders or
+//! frequencies, and colours show levels.
 
 use std::collections::BTreeMap;
 
@@ -18,9 +18,9 @@ use super::spectral::{Line, SpectralLines};
 
 /// Height of a cell \[px\].
 const ROW: f64 = 3.0;
-/// Smallest width of a column of cells \[px\]. Narrower columns are merged, and the largest level is shown.
+/// Smallest width of a strip \[px\]. Narrower strips are merged, and a cell shows the largest level.
 const NARROWEST: f64 = 2.0;
-/// Half the width of a single spectrum \[px\].
+/// Half the width of the strip of a single spectrum \[px\].
 const SINGLE_HALF_WIDTH: f64 = 30.0;
 /// Largest number of shown orders.
 const MOST_ORDERS: f64 = 16.0;
@@ -108,8 +108,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     Ok(drawn)
 }
 
-/// Strips of the panel with the spectra that each shows. A strip reaches halfway to both neighbours; the outer ones are
-/// symmetric.
+/// The strips of the panel, each with the spectra that it shows. A strip reaches halfway to its neighbours.
+/// The first and the last strip are symmetric about their spectra.
 fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Vec<&'a [Line]>)> {
     let mut columns = columns.to_vec();
     columns.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -140,7 +140,8 @@ fn strips<'a>(panel: &Panel, columns: &[(f64, &'a [Line])]) -> Vec<([f64; 2], Ve
         .collect()
 }
 
-/// One strip: every cell shows the largest of its lines; adjacent cells of one shade become one rectangle.
+/// Draws one strip. `lines` are heights \[px\] and fractions of the ramp. Every cell shows the largest of its
+/// lines. Adjacent cells of one shade become one rectangle.
 fn strip(
     canvas: &mut Canvas,
     panel: &Panel,

@@ -1,5 +1,5 @@
-//! One pass over the points of a results folder. Its memory does not grow with their number, unless all points are
-//! requested.
+//! Counts over the points of a results folder, in one pass. Memory does not grow with the number of points,
+//! unless all points are kept.
 
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, HashSet};
@@ -17,10 +17,11 @@ use crate::store::{ResultTable, TableKind};
 /// Largest number of points listed per kind; further ones are only counted.
 const MOST_LISTED: usize = 1000;
 
-/// Energy residual above which the summary warns, relative to the exchanged energy. Amplitudes scale with the root of
-/// an energy: half of this residual changes the seventh digit of an amplitude, and four digits are shown. Kernels
-/// without discretisation errors stay below 1e-11, and their points are not ok above 1e-9. Kernels that step through
-/// time exceed the limit if their steps are too long.
+/// Energy residual above which the summary warns, relative to the exchanged energy. An amplitude is
+/// proportional to the square root of an energy. Thus this residual corresponds to a relative error of 5e-7
+/// of an amplitude, of which four digits are shown. Kernels without discretisation errors stay below 1e-11,
+/// and their points are not `ok` above 1e-9. Kernels that step through time exceed the limit if their steps
+/// are too long.
 pub(in crate::report) const LARGEST_RESIDUAL: f64 = 1e-6;
 
 /// Order of points by ascending number.
@@ -49,7 +50,7 @@ pub(super) struct CensusData {
     attractors: u64,
 }
 
-/// Passes over all points, some thousand at a time.
+/// Calls `each` with all points of a table, some thousand at a time.
 pub(super) fn scan(
     folder: &Path,
     table: &ResultTable,
@@ -95,7 +96,7 @@ const COLUMNS: [&str; 14] = [
     "attractors",
 ];
 
-/// Columns on the evidence for averages of motion that does not settle.
+/// Columns about the evidence for averages, for motion that does not settle.
 const EVIDENCE: [&str; 7] = [
     "trajectories",
     "errors_verified",
@@ -106,7 +107,7 @@ const EVIDENCE: [&str; 7] = [
     "ended_on",
 ];
 
-/// The first points in some order, and their number.
+/// The first points in some order, at most [`MOST_LISTED`], and the number of all points.
 #[derive(Default)]
 pub(super) struct FirstPoints {
     count: usize,
@@ -146,7 +147,7 @@ pub(super) struct Census {
     pub(super) cycles: u64,
     pub(super) worker_time: f64,
     pub(super) worst_energy: Option<(u64, f64)>,
-    /// Points with a residual above [`LARGEST_RESIDUAL`].
+    /// Number of points with a residual above [`LARGEST_RESIDUAL`].
     pub(super) open_balances: usize,
     pub(super) with_exponent: usize,
     pub(super) chaotic: FirstPoints,
@@ -212,8 +213,8 @@ impl Census {
             }
         }
         if let Some(all) = &mut self.all {
-            // Only the few points listed above keep their reasons and lives: those of all points take more memory than
-            // all else.
+            // Reasons and lifetimes of all points would take most of the memory. Only the points listed above
+            // keep them.
             all.extend(points.into_iter().map(|mut point| {
                 Arc::make_mut(&mut point.verdict).reason = String::new();
                 point.verdict = self.verdicts.shared(point.verdict);
@@ -257,11 +258,11 @@ impl Verdicts {
     }
 }
 
-/// Distinct values among many that are mostly equal.
+/// Collects the distinct values among many, of which most are equal.
 #[derive(Default)]
 struct Values {
     values: Vec<f64>,
-    /// Number of values known to be distinct.
+    /// Number of values after the last removal of duplicates.
     sorted: usize,
 }
 
@@ -345,7 +346,7 @@ fn read_points(
         .collect()
 }
 
-/// Whether the errors of a point are verified, and how long its chaos lasts.
+/// Whether the standard errors of a point are verified, and the lifetime of its chaos.
 type Evidence = (Option<bool>, Option<Box<ChaosLife>>);
 
 fn read_evidence(table: &ResultTable) -> Result<Vec<Evidence>, ReportError> {
@@ -370,7 +371,7 @@ fn read_evidence(table: &ResultTable) -> Result<Vec<Evidence>, ReportError> {
     Ok(rows.map(|row| (verified[row], life(row))).collect())
 }
 
-/// Points by rank of their class and by period, with the class's name.
+/// Number of points by rank of their class and by period, with the name of the class.
 pub(super) type Classes = BTreeMap<(usize, Option<u64>), (String, usize)>;
 
 /// Classes, the calmest first.

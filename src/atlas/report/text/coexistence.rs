@@ -6,7 +6,7 @@ use crate::report::numbers::number;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// One line per point.
+/// Appends one line per point.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     if summary.coexisting.is_empty() {
         return;

@@ -1,7 +1,7 @@
 //! A character map of the largest exponent over the first two axes of the grid with several values.
 //!
-//! Chaotic points show the size of λ (a ramp of characters, or of colours from viridis), all others their kind of
-//! motion. Transient chaos is a `t`, with colours in the colour of its λ.
+//! A chaotic point shows the magnitude of λ, as a character or a colour of a ramp. All other points show
+//! their kind of motion. Transient chaos is a `t`; in the coloured map, it has the colour of its λ.
 
 use super::style::Style;
 use super::table::label;
@@ -18,7 +18,7 @@ const RAMP: [char; 5] = ['-', '=', '*', '#', '@'];
 /// readers.
 const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
 
-/// Ink that is legible on each of [`COLOURS`]: white and black.
+/// Text colour that is legible on each of [`COLOURS`]: white or black, in the 256-colour palette.
 const INKS: [u8; 5] = [231, 231, 231, 16, 16];
 
 /// The map as text; empty if the grid has no axis or no point.
@@ -102,7 +102,7 @@ fn push_cell(text: &mut String, cell: Cell, largest: f64, width: usize, style: S
     }
 }
 
-/// Values under the map, each below its mark, as many as fit.
+/// Appends values of the horizontal axis below the map, each below its column, as many as fit.
 fn push_ticks(text: &mut String, axis: &Axis, columns: &Bins, width: usize) {
     let mut line = String::new();
     for column in 0..columns.count {
@@ -177,7 +177,7 @@ fn meaning(cell: Cell) -> Option<&'static str> {
     }
 }
 
-/// Position of λ on a ramp from 0 to the largest.
+/// Step of the ramp for λ, where the ramp goes from 0 to the largest λ.
 fn step(lambda: f64, largest: f64) -> usize {
     let fraction = if largest > 0.0 { (lambda / largest).clamp(0.0, 1.0) } else { 0.0 };
     ((fraction * RAMP.len() as f64) as usize).min(RAMP.len() - 1)

@@ -1,4 +1,4 @@
-//! How long chaos lasts, as text.
+//! The lifetimes of chaos, as text.
 
 use super::table::push_table;
 use crate::report::numbers::{number, plural};
@@ -6,7 +6,8 @@ use crate::report::point::ChaosLife;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// Appends a sentence each for points whose chaos no, some, or all trajectories left, and a table of points with some.
+/// Appends one sentence for the points at which no trajectory left chaos, one for those at which all did, and
+/// one with a table for those at which some did.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let lifetimes = &summary.lifetimes;
     if lifetimes.lasting.points + lifetimes.transient_points + lifetimes.left.points == 0 {

@@ -1,4 +1,4 @@
-//! A summary in the units of its manifest, for readers; JSON keeps SI.
+//! A summary in the units of its manifest, for text. JSON has SI units.
 
 use crate::report::Unit;
 use crate::report::point::{Axis, PointSummary};

@@ -8,7 +8,7 @@ use crate::report::summary::Summary;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Largest number of orbits that are listed singly; if there are more, only the counts are shown.
+/// Largest number of orbits that are listed one by one; if there are more, only the counts are shown.
 const MOST_LISTED: usize = 40;
 
 /// Largest number of listed states without an orbit.
@@ -107,7 +107,7 @@ fn cell(value: Option<f64>) -> String {
     value.map_or_else(|| "–".to_owned(), number)
 }
 
-/// The points with their orbits, one line each.
+/// Appends the orbits of each point, one line per orbit.
 fn push_each(text: &mut String, summary: &Summary, orbits: &[Orbit]) {
     _ = writeln!(
         text,

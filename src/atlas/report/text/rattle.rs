@@ -1,4 +1,4 @@
-//! Which mesh rattles most, as text.
+//! The rattle of the meshes, as text.
 
 use crate::report::numbers::number;
 use crate::report::summary::Summary;
@@ -7,7 +7,7 @@ use std::fmt::Write;
 /// Largest number of listed meshes; further ones are only counted.
 const MOST_LISTED: usize = 12;
 
-/// One line per mesh, the one that rattles most first.
+/// Appends one line per mesh, the one that rattles most first.
 pub(super) fn push(text: &mut String, summary: &Summary) {
     let all = &summary.rattle;
     if all.iter().all(|mesh| mesh.largest == 0.0) {

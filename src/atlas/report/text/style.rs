@@ -1,4 +1,4 @@
-//! Which terminal features may the text use?
+//! Terminal features of the text.
 
 /// Terminal features that the text may use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,7 +8,8 @@ use std::fmt::Write;
 /// Largest number of rows in a table.
 const MOST_ROWS: usize = 20;
 
-/// A table of the first of `count` points: number, values of the axes with several values, and one more cell.
+/// Appends a table of the first of `count` points: number, values of the axes with several values, direction
+/// of the sweep, and the text of `cell`.
 pub(super) fn push_table(
     text: &mut String,
     summary: &Summary,
@@ -43,7 +44,7 @@ pub(super) fn push_table(
     }
 }
 
-/// `load 0.1, speed 1200 rad/s` for some axes of a point.
+/// Values of some axes as text: `load 0.1, speed 1200 rad/s`. `values` has one value per axis of the summary.
 pub(super) fn place_words(
     summary: &Summary,
     axes: impl Iterator<Item = usize>,
@@ -56,7 +57,7 @@ pub(super) fn place_words(
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// Words with a unit, unless they are dimensionless.
+/// A text followed by its unit; without a unit if dimensionless.
 pub(super) fn with_unit(words: &str, unit: &str) -> String {
     match unit {
         "" | "1" => words.to_owned(),

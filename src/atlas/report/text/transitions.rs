@@ -42,7 +42,7 @@ pub(super) fn push(text: &mut String, summary: &Summary) {
     }
 }
 
-/// `     4  up    period 1         → chaotic          1040.5 … 1040.6 rad/s`.
+/// A change of motion as a line: `     4  up    period 1         → chaotic          1040.5 … 1040.6 rad/s`.
 pub(super) fn line(transition: &TransitionSummary, unit: &str) -> String {
     let unit = if unit == "1" { "" } else { unit };
     let [from, to] = [0, 1].map(|side| match transition.periods[side] {
@@ -62,7 +62,8 @@ pub(super) fn line(transition: &TransitionSummary, unit: &str) -> String {
     line.trim_end().to_owned()
 }
 
-/// The jumping quantity: the RMS, or the mean if that changes more.
+/// The jump of the deflection as text: of its RMS, or of its mean if this changes more; empty if nothing
+/// jumps.
 fn jump(transition: &TransitionSummary) -> String {
     let by = |[before, behind]: [Option<f64>; 2]| Some([before?, behind?]);
     let (Some(rms), Some(mean)) = (

@@ -1,5 +1,5 @@
-//! Which curves does a picture of columns over one axis have? One per column, value of a second axis and results
-//! folder.
+//! Pictures of columns over one axis. They have one curve per column, value of a second axis, results folder
+//! and direction of a sweep.
 
 use std::collections::BTreeMap;
 
@@ -119,17 +119,17 @@ pub(super) fn draw(
     Ok(drawn)
 }
 
-/// The ranges of the curves.
+/// The ranges of the curves on both axes.
 #[derive(Default)]
 struct Extent {
     across: Vec<f64>,
     ends: Vec<f64>,
-    /// For each quantity, the limit below which its values are round-off.
+    /// For each column, the shown value below which its values are round-off.
     floors: Vec<f64>,
 }
 
 impl Extent {
-    /// Extends the ranges by the curves of one quantity.
+    /// Extends the ranges by the curves of one column, without values of round-off.
     fn reach<'a>(&mut self, curves: impl Iterator<Item = &'a Curve>, scale: &Scale) {
         let dots: Vec<_> = curves.flat_map(|curve| &curve.dots).collect();
         let values = dots.iter().map(|dot| dot.value);
@@ -144,7 +144,7 @@ impl Extent {
         }
     }
 
-    /// Places along the axis, ascending, each once.
+    /// The distinct values along the axis, ascending.
     fn across(&mut self) -> Vec<f64> {
         let mut across = std::mem::take(&mut self.across);
         across.sort_by(f64::total_cmp);
@@ -153,12 +153,12 @@ impl Extent {
     }
 }
 
-/// Pictures, by their fixed values.
+/// The plans of all pictures, by the suffix of their slice.
 struct Plans {
-    /// In the order of their first points.
+    /// The suffixes, in the order of the pictures.
     order: Vec<String>,
     plans: BTreeMap<String, Plan>,
-    /// Slices that no picture shows.
+    /// Number of slices that no picture shows.
     dropped: usize,
 }
 
@@ -186,7 +186,7 @@ impl Plans {
     }
 }
 
-/// Names of the columns, each once.
+/// The distinct names of the columns.
 fn names(group: &[Vec<Series>]) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for series in group.iter().flatten() {
@@ -197,7 +197,7 @@ fn names(group: &[Vec<Series>]) -> Vec<&str> {
     names
 }
 
-/// The common label of the columns.
+/// The common label of the columns, for the vertical axis.
 fn label(names: &[&str], group: &[Vec<Series>]) -> String {
     match (names, &group[0][..]) {
         ([name], [series]) if !series.part.is_empty() => format!("{name}, {}", series.part),
@@ -230,7 +230,8 @@ fn file(
     file
 }
 
-/// The common label of some columns of one unit: the common part of their names.
+/// The common label of some columns of one unit: the first words of the first name that occur in all names,
+/// else all names.
 fn common(names: &[&str]) -> String {
     let first = names.first().copied().unwrap_or_default();
     let parts = first.split('_').take_while(|part| {

@@ -1,4 +1,4 @@
-//! Curves on a canvas: lines, markers, error bars and labels.
+//! Drawing of curves: lines, markers, error bars and the legend.
 
 use std::collections::BTreeMap;
 use std::slice;
@@ -20,16 +20,17 @@ const CANVAS_RIGHT: f64 = 952.0;
 const LEGEND: [f64; 2] = [120.0, 330.0];
 /// Largest number of entries in a legend.
 const MOST_ENTRIES: usize = 21;
-/// Largest number of markers on a curve: more would hide its line.
+/// Largest number of full markers on a curve: more would hide its line.
 const MOST_MARKERS: usize = 60;
-/// Smallest number of markers on a curve with more points, so that markers still identify it.
+/// Number of full markers on a curve with more points, so that its marker can still be recognised.
 const FEW_MARKERS: usize = 8;
-/// Parts of a key in the order of their words: source, series, value of the second axis, direction.
+/// The parts of a [`Key`] in the order in which a label names them: source, series, value of the second axis,
+/// direction.
 const WORDED: [usize; 4] = [2, 0, 1, 3];
-/// Half the height of the ends of an error bar's whiskers \[px\].
+/// Half the width of the whiskers at the ends of an error bar \[px\].
 const WHISKER: f64 = 3.0;
 
-/// A picture with the sources of its labels.
+/// A picture with everything that its labels need.
 pub(super) struct Labelled<'a> {
     pub sources: &'a [Source<'a>],
     pub group: &'a [Vec<Series>],
@@ -41,7 +42,7 @@ pub(super) struct Labelled<'a> {
 }
 
 impl Labelled<'_> {
-    /// The label of a curve: the words of each part that differs between curves.
+    /// The label of a curve: the words of each part of its key in which curves differ.
     fn label(&self, key: &Key) -> String {
         let parts = WORDED.iter().flat_map(|&part| self.words(part, key));
         let words = parts.collect::<Vec<_>>().join(", ");
@@ -77,7 +78,8 @@ impl Labelled<'_> {
         words
     }
 
-    /// The entries of the legend: the curves, or if these are too many, the meanings of colours and of dashes.
+    /// The entries of the legend: one per curve or, if these are too many, one per colour and one per kind of
+    /// dashes.
     fn entries(&self) -> Vec<Entry> {
         let curves = || self.plan.curves.iter();
         let all = curves().map(|(key, curve)| Entry {
@@ -125,7 +127,7 @@ impl Labelled<'_> {
 
     /// The part of the keys that colours distinguish, and the number of its values.
     fn lead(&self) -> (usize, usize) {
-        // If counts are equal, the value of the second axis comes first, then the series.
+        // `max_by_key` takes the last of equal counts. Thus the second axis has priority, then the series.
         let lead = [1, 0, 2, 3].into_iter().rev();
         let lead = lead.max_by_key(|&part| self.count(part)).unwrap_or(0);
         (lead, self.count(lead))
@@ -143,7 +145,8 @@ impl Labelled<'_> {
         distinct.len()
     }
 
-    /// Colours distinguish the part with most values, dashes the others.
+    /// The style of a curve: its colour is that of the part with most values, and its dashes distinguish the
+    /// other parts.
     fn style(&self, key: &Key) -> Style {
         let counts = [0, 1, 2, 3].map(|part| self.count(part));
         let (lead, _) = self.lead();
@@ -292,7 +295,7 @@ impl Curve {
                     .and_then(|other| places.get(other))
                     .is_some_and(|place| !place[1].is_nan())
             };
-            // A value without neighbours is not on a line.
+            // A value without neighbours is not on a line, so that it always gets a full marker.
             let lonely = !joined(i.checked_sub(1)) && !joined(Some(i + 1));
             let small = dense && (self.scattered || count % every != every / 2);
             if !small || lonely || self.scattered {

@@ -14,7 +14,7 @@ use crate::report::plot::ramp::{bar, viridis};
 use crate::report::plot::request::PlotRequest;
 use crate::report::plot::results::Results;
 
-/// Cells without a value.
+/// Colour of cells without a value.
 const NONE: Colour = Colour(0xee, 0xee, 0xee);
 
 /// Draws a map of every slice, all with one scale, so that they can be compared.

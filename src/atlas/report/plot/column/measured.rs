@@ -1,4 +1,4 @@
-//! Where are measured points in a picture of columns?
+//! Measured points in a picture of columns.
 
 use super::name::{ColumnName, PictureRequest};
 use super::plan::{Curve, Dot};
@@ -8,7 +8,8 @@ use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::request::PlotRequest;
 
-/// Completes a request with the column of the measured points, if it names no column, and with their axis.
+/// Completes a request from the measured points: with their column if it names no picture, and with their
+/// axis if it names no axis.
 ///
 /// # Errors
 /// The requested columns do not include the column of the measured points.
@@ -87,7 +88,7 @@ pub(super) fn marks(
     Ok(Some(curve))
 }
 
-/// The column of the points.
+/// The column to which the measured points belong.
 fn named(measured: &Measured) -> Result<ColumnName, PlotError> {
     match measured.value.name.parse() {
         Ok(PictureRequest::Column(column)) => Ok(column),

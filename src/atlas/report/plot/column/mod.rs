@@ -1,5 +1,5 @@
-//! Pictures of any column: curves over one axis or a map over two axes. Curves can compare several columns, values of a
-//! second axis and results folders.
+//! Pictures of any column of numbers: curves over one axis, or a map over two axes. A picture with curves can
+//! compare several columns, several values of a second axis and several results folders.
 
 mod curves;
 mod labelled;
@@ -30,7 +30,8 @@ pub(super) struct Source<'a> {
     pub results: &'a Results,
 }
 
-/// Names results folders by their job, by their last part, or by their whole path: the first choice that is unique.
+/// Gives results folders names that differ: their jobs or, if some of these are equal, the last parts of
+/// their paths, else their whole paths.
 pub(super) fn named<'a>(all: &[&'a Results]) -> Vec<Source<'a>> {
     let last = |results: &Results| match results.folder.file_name() {
         Some(name) => name.to_string_lossy().into_owned(),
@@ -71,7 +72,7 @@ pub(super) fn draw(
         }
         read.push(of_source);
     }
-    // The series of all columns, by source.
+    // `all` has the series of all columns for each source.
     let all: Vec<Vec<Series>> = (0..sources.len())
         .map(|source| {
             read.iter_mut()
@@ -82,8 +83,8 @@ pub(super) fn draw(
     draw_series(sources, all, request)
 }
 
-/// Draws how loud the points are: the root mean square of the deflection. Draws nothing if no point has a value, or if
-/// the requested display is of another quantity.
+/// Draws the RMS of the deflection. Draws nothing if no axis varies, if no point has a value, or if a
+/// requested unit belongs to another quantity.
 ///
 /// # Errors
 /// The table cannot be read, or an axis does not exist.
@@ -110,8 +111,8 @@ pub(super) fn draw_deflection_rms(
     }
 }
 
-/// Draws series of some sources. These are maps if two axes vary and the request names no axis, else curves, with one
-/// picture per unit.
+/// Draws series; `all` has a list per source. One source with two varying axes and one value per point gets
+/// maps, unless the request names an axis. All else gets curves, with one picture per unit.
 pub(super) fn draw_series(
     sources: &[Source<'_>],
     mut all: Vec<Vec<Series>>,

@@ -1,4 +1,4 @@
-//! Which columns does a request name, and which elements of their lists?
+//! Names of pictures in a request: kinds of pictures, and columns with elements of their lists.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,7 +7,7 @@ use crate::report::plot::picture_kind::PictureKind;
 use crate::store::TableKind;
 use strum::VariantArray;
 
-/// Tables with drawable columns: their rows belong to points.
+/// Tables with drawable columns. Each of their rows belongs to a point.
 pub(super) const TABLES: [TableKind; 3] =
     [TableKind::Points, TableKind::Attractors, TableKind::Orbits];
 
@@ -20,17 +20,18 @@ pub enum PictureRequest {
     Column(ColumnName),
 }
 
-/// An element of a list.
+/// A selection of elements of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Element {
     /// Counted from 1.
     Number(usize),
-    /// All elements whose names contain these words, or the one with this name.
+    /// The element with this name, or else all elements whose names contain all words of this text.
     Name(String),
 }
 
 impl Element {
-    /// Indices of the selected elements of a list, from 0. `names` are their names, empty if they have only numbers.
+    /// Indices of the selected elements of a list of this length, from 0. `names` are the names of its
+    /// elements; empty if they have none.
     pub fn among(&self, names: &[String], length: usize) -> Vec<usize> {
         match self {
             Self::Number(number) => (*number <= length)
@@ -76,7 +77,7 @@ pub struct ColumnName {
     pub(super) element: Option<Element>,
 }
 
-/// The text is neither a kind of picture nor a column.
+/// The text in brackets after the name of a column is not an element.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "`{text}` has an element that is neither a number (counted from 1) nor a name; write for example \
@@ -148,7 +149,8 @@ impl fmt::Display for ColumnName {
     }
 }
 
-/// Names similar to a given one: those that contain it or are part of it, then those that differ in few letters.
+/// Up to four known names similar to `name`, the most similar first. They contain it, are part of it, or
+/// differ from it in few letters.
 pub(in crate::report::plot) fn nearest(name: &str, known: &[String]) -> Vec<String> {
     const MOST_NAMES: usize = 4;
     let folded = name.to_lowercase();

@@ -1,4 +1,4 @@
-//! Order cuts: the level of chosen mesh orders over an axis.
+//! Order cuts: amplitudes of chosen mesh orders over an axis.
 
 use super::series::{Sample, Samples, Series};
 use super::{Source, draw_series};
@@ -9,7 +9,7 @@ use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::request::{DEFAULT_ORDERS, PlotRequest};
 use crate::report::plot::spectral::SpectralLines;
 
-/// Draws the levels of orders.
+/// Draws the amplitudes of the requested orders, or of the [`DEFAULT_ORDERS`].
 ///
 /// # Errors
 /// The signal has no spectral lines, or none as high as an order.

@@ -1,4 +1,4 @@
-//! Which curves and points does a picture have? Its plan before it is drawn.
+//! The plan of a picture: its curves and their points, before they are drawn.
 
 use std::collections::BTreeMap;
 use std::iter;
@@ -10,19 +10,19 @@ use crate::report::plot::evidence::Evidence;
 use crate::report::plot::motion::Motion;
 use crate::report::plot::results::Slice;
 
-/// A point of a curve, in shown values.
+/// A point of a curve, in shown values ([`Scale::shown`]). `low` and `high` are the ends of its error bar.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Dot {
     pub x: f64,
     pub low: f64,
     pub value: f64,
     pub high: f64,
-    /// Motion of its point, if pictures mark it.
+    /// Kind of motion, if pictures mark it ([`Motion::is_marked`]).
     pub marked: Option<Motion>,
 }
 
-/// Key of a curve in a picture: the series, the index of the value of the second axis, the source and the direction of
-/// a sweep: 0 for independent points, 1 up, 2 down.
+/// Key of a curve in a picture. Its parts are the index of the series, the index of the value of the second
+/// axis, the index of the source, and the direction of the sweep: 0 for independent points, 1 up, 2 down.
 pub(super) type Key = [usize; 4];
 
 /// A curve.
@@ -34,18 +34,19 @@ pub(super) struct Curve {
     pub barred: bool,
 }
 
-/// A picture before it is drawn.
+/// The plan of a picture.
 #[derive(Default)]
 pub(super) struct Plan {
     pub words: Vec<Vec<String>>,
     pub points: usize,
     pub evidence: Evidence,
-    /// Text that names the axes with equal values along a line, if the points come from a list.
+    /// Text that names the companion axes, on which the points of a line have equal values; empty without
+    /// such axes.
     pub joins: String,
     pub curves: BTreeMap<Key, Curve>,
 }
 
-/// Axes of the curves: indices in each source.
+/// The axes of the curves, as indices for each source: the axis along curves, and the second axis.
 pub(super) struct Axes {
     pub over: Vec<usize>,
     pub by: Vec<Option<usize>>,
@@ -79,8 +80,8 @@ impl Plan {
         let free: Vec<usize> = iter::once(over).chain(axes.by[place]).collect();
         let lines = results.lines(&free, &slice.points);
         self.joins = results.lines_words(&free, &slice.points);
-        // A missing point breaks the line. Exceptions are refined grids, where most points are missing, and lists,
-        // where only the named points exist.
+        // A missing point interrupts the line. Exceptions are refined grids, in which most points are
+        // missing, and lists of tied values, in which only the listed points exist.
         let is_product =
             results.summary.refined.is_none() && results.companion_axes(&[over]).is_empty();
         let nowhere = |x: f64| Dot {
@@ -142,7 +143,7 @@ impl Plan {
         }
     }
 
-    /// Fixed values that all sources share.
+    /// The fixed values that all sources have in common, as text.
     pub fn shared_values(&self) -> Vec<String> {
         let Some((first, others)) = self.words.split_first() else {
             return Vec::new();
@@ -151,7 +152,7 @@ impl Plan {
         first.iter().filter(is_common).cloned().collect()
     }
 
-    /// Fixed values of a source that others do not share.
+    /// The fixed values of a source that the other sources do not have, as text.
     pub fn distinct_values(&self, source: usize) -> Vec<String> {
         let shared_values = self.shared_values();
         let words = self.words.get(source).into_iter().flatten();

@@ -1,4 +1,4 @@
-//! What are the values of a column, point by point?
+//! The values of a column, point by point.
 
 use super::name::{ColumnName, TABLES, nearest};
 use crate::report::plot::error::PlotError;
@@ -6,7 +6,7 @@ use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::results::Results;
 use crate::store::{ColumnHead, ColumnKind, ResultTable, StoreError, TableKind};
 
-/// Orders of the elements of the list `suborders`.
+/// Names and mesh orders of the elements of the list `suborders`.
 pub(in crate::report::plot) const SUBORDERS: [(&str, f64); 5] = [
     ("1/4", 0.25),
     ("1/3", 1.0 / 3.0),
@@ -15,7 +15,7 @@ pub(in crate::report::plot) const SUBORDERS: [(&str, f64); 5] = [
     ("3/4", 0.75),
 ];
 
-/// A value with its standard error; 0 if it has none.
+/// A value with its standard error; the error is 0 if it is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::report::plot) struct Sample {
     pub value: f64,
@@ -25,9 +25,10 @@ pub(in crate::report::plot) struct Sample {
 /// Values over the points of a results folder.
 #[derive(Debug, Clone, PartialEq)]
 pub(in crate::report::plot) struct Series {
-    /// Label of the axis: the column, with its table and without an element.
+    /// Label of the axis: the column with its table, without an element.
     pub name: String,
-    /// Distinguishes series with the same name; empty if there is only one.
+    /// Text for the element of the list, which distinguishes series with the same name; empty for a column
+    /// without lists.
     pub part: String,
     /// SI unit.
     pub unit: String,
@@ -45,7 +46,8 @@ pub(in crate::report::plot) struct Samples {
 }
 
 impl Samples {
-    /// Samples of `points` points from values with the index of their point; values of a point keep their order.
+    /// Samples of `points` points. `placed` has the values with the index of their point; the values of a
+    /// point keep their order.
     pub fn new(mut placed: Vec<(usize, Sample)>, points: usize) -> Self {
         placed.sort_by_key(|(place, _)| *place);
         let ends = (0..points).map(|point| placed.partition_point(|(place, _)| *place <= point));
@@ -175,7 +177,8 @@ pub(super) fn read(results: &Results, column: &ColumnName) -> Result<Vec<Series>
     Ok(elements.into_iter().map(&mut of_element).collect())
 }
 
-/// `order 3` for harmonics, else the number from 1.
+/// Text for an element without a name: `mesh order 3` for harmonics and suborders, else `element 3`, counted
+/// from 1.
 fn element_words(column: &str, element: usize) -> String {
     match column.trim_end_matches("_stderr") {
         "harmonics" => format!("mesh order {}", element + 1),

@@ -1,4 +1,4 @@
-//! How does one distinguish curves of one picture? By colour and marker, and by dashes.
+//! The styles that distinguish the curves of a picture: colour with marker, and dashes.
 
 use crate::report::plot::canvas::{Canvas, Colour, INK, Place};
 use crate::report::plot::categories::colour;
@@ -25,8 +25,8 @@ impl Style {
         dashes: 0,
     };
 
-    /// The `place`-th of `count` colours, with the `dashes`-th kind of line. If `ordered` curves are too many for
-    /// distinct colours, these go from dark to bright.
+    /// The style with the `place`-th of `count` colours and the `dashes`-th kind of line. If curves are
+    /// `ordered` and too many for distinct colours, their colours go from dark to bright.
     pub fn new([place, count]: [usize; 2], ordered: bool, dashes: usize) -> Self {
         let ramp = ordered && count > MOST_COLOURS;
         Self {
@@ -40,7 +40,7 @@ impl Style {
         }
     }
 
-    /// The line through some places.
+    /// Draws the line through some places.
     pub fn line(&self, canvas: &mut Canvas, places: &[Place], width: f64) {
         const PATTERNS: [[f64; 2]; 3] = [[8.0, 4.0], [2.0, 3.0], [14.0, 3.0]];
         match self.dashes.checked_sub(1) {
@@ -62,7 +62,7 @@ impl Style {
         Colour(half(r), half(g), half(b))
     }
 
-    /// The sample of the style in a legend, 26 pixels wide.
+    /// Draws the sample of the style in a legend, 26 pixels wide.
     pub fn sample(&self, canvas: &mut Canvas, [x, y]: Place, lined: bool) {
         if lined {
             self.line(canvas, &[[x, y], [x + 26.0, y]], 1.8);
@@ -70,7 +70,7 @@ impl Style {
         self.mark(canvas, [x + 13.0, y], false);
     }
 
-    /// A marker, or a dot if it is `small`.
+    /// Draws a marker, or a dot if `small`.
     pub fn mark(&self, canvas: &mut Canvas, at: Place, small: bool) {
         if small {
             canvas.disc(at, 1.3, self.colour)

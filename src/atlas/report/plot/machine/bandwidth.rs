@@ -1,4 +1,4 @@
-//! Bandwidth over threads, a panel per placement.
+//! Bandwidth over threads, with one panel per placement of the threads.
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, INK};
@@ -76,7 +76,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     Some(Picture::new("machine-bandwidth".into(), canvas))
 }
 
-/// An axis of thread counts, whose ticks are whole.
+/// A logarithmic axis of numbers of threads.
 pub(super) fn threads(most: f64) -> Axis {
     Axis::logarithmic("threads", "1", [0.9, 1.1 * most.max(2.0)])
 }

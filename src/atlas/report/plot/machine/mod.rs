@@ -1,5 +1,5 @@
-//! Pictures of the measurements of a machine: the memory mountain, bandwidth and integration speed over threads, the
-//! roofline.
+//! Pictures of the measurements of a machine: the memory mountain, the bandwidth and the speed of integration
+//! over threads, and the roofline.
 
 mod bandwidth;
 mod mountain;
@@ -45,7 +45,7 @@ fn titled(title: &str, machine: &Characteristics) -> Canvas {
     Canvas::titled(title, &parts.join("  ·  "))
 }
 
-/// Curves with a disc at each place, and their names right of the panel.
+/// Draws curves with a disc at each place, and their names to the right of the panel.
 fn draw_curves(canvas: &mut Canvas, panel: &Panel, curves: &[Curve]) {
     for curve in curves {
         let path: Vec<_> = curve.places.iter().map(|p| panel.at(p[0], p[1])).collect();
@@ -60,7 +60,8 @@ fn draw_curves(canvas: &mut Canvas, panel: &Panel, curves: &[Curve]) {
     name_ends(canvas, panel, ends.collect());
 }
 
-/// Names to the right of a panel, as near to their heights as possible without overlap.
+/// Writes names to the right of a panel, near their heights and without overlap. A line connects each name to
+/// its height.
 fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colour)>) {
     ends.sort_by(|a, b| a.0.total_cmp(&b.0));
     let wanted: Vec<f64> = ends.iter().map(|(y, ..)| *y).collect();
@@ -73,7 +74,7 @@ fn name_ends(canvas: &mut Canvas, panel: &Panel, mut ends: Vec<(f64, &str, Colou
     }
 }
 
-/// Dashed lines at the sizes of the caches that lie in a panel, with their names above it.
+/// Draws dashed lines at the sizes of the caches that lie in a panel, with the names of the caches above it.
 fn mark_caches(canvas: &mut Canvas, panel: &Panel, machine: &Characteristics) {
     for cache in &machine.description.caches {
         let size = cache.size as f64;
@@ -91,21 +92,22 @@ fn mark_caches(canvas: &mut Canvas, panel: &Panel, machine: &Characteristics) {
     }
 }
 
-/// An axis over all second coordinates, with a margin.
+/// A logarithmic axis over the second coordinates of all curves, with a margin.
 fn logarithmic<'c>(name: &str, unit: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
     let values = curves.flat_map(|curve| curve.places.iter().map(|p| p[1]));
     let [low, high] = super::axis::range(values);
     Axis::logarithmic(name, unit, [low / 1.3, high * 1.3])
 }
 
-/// An axis of bytes over all first coordinates.
+/// An axis of bytes over the first coordinates of all curves, with a margin.
 fn sizes<'c>(name: &str, curves: impl Iterator<Item = &'c Curve>) -> Axis {
     let values = curves.flat_map(|curve| curve.places.iter().map(|p| p[0]));
     let [low, high] = super::axis::range(values);
     Axis::bytes(name, [low / 1.2, high * 1.2])
 }
 
-/// Bandwidth of one thread that reads consecutive lines, at every level of memory.
+/// Names of the levels of memory, with the bandwidth of one thread that reads consecutive cache lines
+/// \[B/s\].
 fn levels(machine: &Characteristics) -> Vec<(String, f64)> {
     let near = |size: u64| {
         let rows = machine.mountain.iter().filter(|row| row.key.stride == 64);

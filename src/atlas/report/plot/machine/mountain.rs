@@ -1,4 +1,4 @@
-//! The memory mountain over its sizes: bandwidth per stride above, latency below.
+//! The memory mountain over the size of the buffer: read bandwidth for each stride above, latency below.
 
 use super::super::canvas::{BLUE, INK, RED};
 use super::super::panel::Panel;

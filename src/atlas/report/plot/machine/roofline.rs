@@ -1,5 +1,5 @@
-//! The roofline: the limits of one thread by arithmetic and by each level of memory, and the kernels, from counted work
-//! (Williams, Waterman and Patterson 2009).
+//! The roofline (Williams, Waterman and Patterson 2009): the limits of one thread by arithmetic and by each
+//! level of memory. Dots show the kernels, with their counted operations and bytes.
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, INK, SOFT};
@@ -44,7 +44,7 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     }
     let (start, floor) = (low / 1.6, floor / 2.0);
     for (name, bandwidth) in &levels {
-        // From the left or lower edge to the peak.
+        // The line of a level goes from the left or the lower edge of the panel to the peak of arithmetic.
         let begin = start.max(floor / bandwidth);
         let end = peak / bandwidth;
         canvas.line(
@@ -54,7 +54,8 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
         );
         let middle = (begin * end).sqrt();
         let [x, y] = panel.at(middle, middle * bandwidth);
-        // The line of the memory may be close below that of the last cache.
+        // The line of the memory may be just below that of the last cache, so that its name is on the other
+        // side.
         let (at, anchor) = match name.as_str() {
             "memory" => ([x + 8.0, y + 12.0], Anchor::Start),
             _ => ([x - 6.0, y - 4.0], Anchor::End),

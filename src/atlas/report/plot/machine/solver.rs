@@ -1,5 +1,5 @@
-//! How does the speed of integration scale? The time of a cycle over modes and over operating points, and the gain from
-//! threads.
+//! Scaling of the speed of integration: the time of a mesh cycle over modes and over operating points, and
+//! the gain from threads.
 
 use super::super::axis::{Axis, range};
 use super::super::canvas::{Anchor, Canvas, Colour, INK, SOFT};
@@ -10,7 +10,8 @@ use super::{Curve, draw_curves, logarithmic, titled};
 use crate::report::plot::picture::Picture;
 use crate::store::{Characteristics, Measurement, SolverKey};
 
-/// Number of modes at which the scaling over points is shown, if it was measured.
+/// Number of modes for the scaling over points and threads; if it was not measured, the nearest number that
+/// was.
 const MODES: u64 = 40;
 
 /// Width and left ends of the three panels.
@@ -22,7 +23,8 @@ type Row = Measurement<SolverKey>;
 pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     let modes = machine.solver.iter().map(|row| row.key.modes);
     let modes = modes.min_by_key(|modes| modes.abs_diff(MODES))?;
-    // The scaling over points has other numbers of points than all other measurements.
+    // Only the scaling over points, at `modes` modes, varies the number of points. All other rows have the
+    // usual number.
     let usual = machine.solver.iter().filter(|row| row.key.modes != modes);
     let usual = usual.map(|row| row.key.points).next();
     let usual = usual.unwrap_or(machine.solver[0].key.points);
@@ -65,12 +67,13 @@ pub(super) fn draw(machine: &Characteristics) -> Option<Picture> {
     Some(Picture::new("machine-solver".into(), canvas))
 }
 
-/// The colour of a kernel, by its number.
+/// The number of the colour of a kernel.
 pub(super) fn kernel_colour(kernel: &str) -> usize {
     if kernel == "volterra" { 3 } else { 0 }
 }
 
-/// A curve for each kernel and kind of copies.
+/// One curve per kernel and per sharing of its tables. `place` gives the place of a row; `None` to leave it
+/// out.
 fn curves(machine: &Characteristics, place: impl Fn(&Row) -> Option<[f64; 2]>) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for row in &machine.solver {
@@ -96,7 +99,7 @@ fn curves(machine: &Characteristics, place: impl Fn(&Row) -> Option<[f64; 2]>) -
     curves
 }
 
-/// Darker if nodes or threads have copies of shared tables.
+/// The colour for a sharing of tables: darker if each node has a copy, and darkest if each thread has one.
 fn shade(Colour(r, g, b): Colour, tables: &str) -> Colour {
     let part = match tables {
         "node" => 0.75,

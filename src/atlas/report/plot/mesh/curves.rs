@@ -1,5 +1,5 @@
-//! Stiffness, load centre and loaded transmission error over the mesh phase: one picture has a line per torque, another
-//! one per misalignment.
+//! Stiffness, load centre and loaded transmission error over the mesh phase. One picture has a line per
+//! torque, and another picture has a line per misalignment.
 
 use super::data::MeshCurves;
 use super::labels::{self, Named};
@@ -17,7 +17,7 @@ struct Row {
     unit: &'static str,
     /// Name of the vertical axis.
     name: &'static str,
-    /// Smallest range of the axis in SI: smaller ranges are round-off, or negligible on a face of centimetres.
+    /// Smallest range of the axis in SI. Smaller variations are round-off, or negligible.
     least: f64,
 }
 
@@ -43,7 +43,7 @@ const ROWS: [Row; 3] = [
 ];
 /// Largest number of lines in a panel.
 const MOST_LINES: usize = 5;
-/// The brightest colour of a line, as a position on the ramp: brighter ones are invisible on white.
+/// The brightest colour of a line, as a fraction of the ramp. Brighter colours are invisible on white.
 const BRIGHTEST: f64 = 0.72;
 const RIGHT: f64 = 815.0;
 const HEIGHT: f64 = 202.0;
@@ -80,14 +80,15 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     }
 }
 
-/// The lines of a picture.
+/// The lines of a picture: the table at several torques, or at several misalignments.
 struct Family {
     picture: &'static str,
     /// The quantity that distinguishes the lines.
     by: &'static str,
-    /// The value common to all lines.
+    /// The quantity with one value for all lines, as text.
     held: String,
-    /// Indices on the axes of the table, and the value that distinguishes the lines.
+    /// For each line, its indices of misalignment and torque in the table, and the value that distinguishes
+    /// it.
     members: Vec<([usize; 2], String)>,
     /// Unit of that value.
     unit: String,

@@ -1,4 +1,4 @@
-//! A mesh table in the form for pictures: axes, and any of its quantities over the mesh phase.
+//! A mesh table, prepared for pictures: its axes, and any of its quantities over the mesh phase.
 //!
 //! Between the nodes of a piece a quantity is the polynomial through them, evaluated in barycentric form (Berrut and
 //! Trefethen, "Barycentric Lagrange interpolation", 2004).
@@ -12,17 +12,17 @@ use crate::report::plot::canvas::Place;
 use crate::report::plot::error::PlotError;
 use crate::store::TableFile;
 
-/// Drawn samples of a piece, including its ends.
+/// Number of drawn samples of a piece of the mesh cycle, including its ends.
 const SAMPLES: usize = 17;
 
 /// A mesh table.
 pub(in crate::report::plot) struct MeshCurves {
     pub table: MeshTable,
-    /// Start of the names of its pictures.
+    /// First part of the names of its pictures.
     pub name: String,
 }
 
-/// A quantity at one misalignment and torque: a line of phase and value.
+/// A quantity at one misalignment and torque: mesh phase and value of each sample.
 pub(super) type Curve = Vec<Place>;
 
 impl MeshCurves {
@@ -39,7 +39,8 @@ impl MeshCurves {
         })
     }
 
-    /// A quantity of the table over the mesh phase. If every node has `members` values, `member` selects one.
+    /// A quantity of the table over the mesh phase, at the given indices of misalignment and torque. Every
+    /// node has `members` values, of which `member` selects one.
     pub fn curve(
         &self,
         values: &[f64],
@@ -64,7 +65,7 @@ impl MeshCurves {
         curve
     }
 
-    /// Edges of the cells around the nodes in mesh phase: ends of pieces, and halfway between
+    /// Edges of the cells around the nodes, in mesh phase: the ends of the pieces, and the middles between
     /// nodes.
     pub fn phase_edges(&self) -> Vec<f64> {
         let mut edges = vec![self.table.breaks[0]];
@@ -76,7 +77,7 @@ impl MeshCurves {
         edges
     }
 
-    /// The index of the smallest misalignment.
+    /// The index of the misalignment with the smallest magnitude.
     pub fn aligned(&self) -> usize {
         let angles = &self.table.misalignment;
         let smallest =
@@ -94,20 +95,20 @@ impl MeshCurves {
         quantities(&self.table.torque, "N*m")
     }
 
-    /// `misalignment 0.2 mrad`.
+    /// A misalignment as text: `misalignment 0.2 mrad`.
     pub fn misalignment_text(&self, index: usize) -> String {
         let (texts, unit) = self.misalignments();
         format!("misalignment {} {unit}", texts[index])
     }
 
-    /// `torque 50 N·m`.
+    /// A torque as text: `torque 50 N·m`.
     pub fn torque_text(&self, index: usize) -> String {
         let (texts, unit) = self.torques();
         format!("torque {} {unit}", texts[index])
     }
 }
 
-/// Some values in a unit that suits the largest, and that unit.
+/// Values as text in the scaled unit of the largest, and that unit.
 fn quantities(values: &[f64], unit: &str) -> (Vec<String>, String) {
     let largest = values
         .iter()
@@ -119,7 +120,7 @@ fn quantities(values: &[f64], unit: &str) -> (Vec<String>, String) {
     (texts.collect(), shown)
 }
 
-/// The polynomial through `values` at `nodes`, at `x`.
+/// The value at `x` of the polynomial through `values` at `nodes`.
 fn interpolated(nodes: &[f64], values: &[f64], x: f64) -> f64 {
     let (mut above, mut below) = (0.0, 0.0);
     for (j, (node, value)) in nodes.iter().zip(values).enumerate() {

@@ -1,4 +1,5 @@
-//! Names of lines, to the right of their panel. They are at the height of the lines' ends if other names leave room.
+//! Lines in a panel, with their names to the right of it. A name is at the height of the end of its line if
+//! other names leave room.
 
 use crate::report::plot::canvas::{Canvas, Colour, INK, Place};
 use crate::report::plot::lettering::spread_out;
@@ -9,7 +10,7 @@ const LEAST_DISTANCE: f64 = 16.0;
 /// Distance from the panel to the names \[px\].
 const LABEL_GAP: f64 = 26.0;
 
-/// Lines closer than this everywhere look like one \[px\].
+/// Two lines that are nowhere farther apart than this look like one \[px\].
 const SAME_LINE: f64 = 0.8;
 
 /// A line with its distinguishing value and its colour.
@@ -19,8 +20,8 @@ pub(super) struct Named {
     pub colour: Colour,
 }
 
-/// Draws lines into a panel, and their names beside it, each followed by `unit`. Neighbours that coincide have one
-/// name: from the first to the last of them.
+/// Draws lines into a panel, and their names beside it, each followed by `unit`. Successive lines that
+/// coincide get one label, from the name of the first to the name of the last.
 pub(super) fn draw(canvas: &mut Canvas, panel: &Panel, lines: &[Named], unit: &str) {
     let paths: Vec<Vec<Place>> = lines.iter().map(|line| path(panel, line)).collect();
     for (line, path) in lines.iter().zip(&paths) {
@@ -54,7 +55,7 @@ fn path(panel: &Panel, line: &Named) -> Vec<Place> {
         .collect()
 }
 
-/// First and last of the neighbours that coincide.
+/// Indices of the first and the last line of each group of successive lines that coincide.
 fn groups(paths: &[Vec<Place>]) -> Vec<[usize; 2]> {
     let same = |a: &[Place], b: &[Place]| {
         a.len() == b.len()

@@ -1,5 +1,5 @@
-//! The contact pattern: load over mesh phase and face width, for small and large torque next to each other, without
-//! misalignment above, with misalignment below.
+//! The contact pattern: load over mesh phase and face width. Columns of panels are the smallest and the
+//! largest torque. Rows are the smallest and the largest misalignment.
 
 use super::data::MeshCurves;
 use crate::report::plot::axis::{Axis, range};
@@ -15,9 +15,9 @@ const TOP: f64 = 96.0;
 const SIZE: [f64; 2] = [700.0, 420.0];
 /// Gaps between panels \[px\].
 const GAP: [f64; 2] = [34.0, 44.0];
-/// Number of distinct colours: neighbours of one colour become one shape.
+/// Number of distinct colours. Neighbouring cells of one colour become one shape.
 const COLOUR_STEPS: f64 = 64.0;
-/// Colour of flanks that do not touch.
+/// Colour of cells without contact.
 const NO_CONTACT: Colour = Colour(0xe4, 0xe4, 0xe4);
 
 pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
@@ -68,7 +68,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Result<Drawn, PlotError> {
     Ok(Drawn::one(name, canvas))
 }
 
-/// The first and the last index of a range, or its only index.
+/// Both indices, or one if they are equal.
 fn ends(first: usize, last: usize) -> Vec<usize> {
     if first == last { vec![first] } else { vec![first, last] }
 }
@@ -80,7 +80,7 @@ fn farthest(mesh: &MeshCurves) -> usize {
     largest.unwrap_or(0)
 }
 
-/// Frame and ticks; only the outermost panels have texts.
+/// Draws frame and ticks. Only the first column and the lowest row of panels have texts.
 fn frame(canvas: &mut Canvas, panel: &Panel, first: bool, lowest: bool) {
     if first {
         panel.frame(canvas, lowest);
@@ -89,13 +89,13 @@ fn frame(canvas: &mut Canvas, panel: &Panel, first: bool, lowest: bool) {
     }
 }
 
-/// The cells between phases, from left to right; slices from the lower end of the face upwards.
+/// Draws the cells of a panel: mesh phases from left to right, slices of the face from bottom to top.
 fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], largest: f64) {
     let phases = edges.len() - 1;
     let slices = values.len() / phases;
     let step = |phase: usize, slice: usize| {
         let value = values[phase * slices + slice];
-        // NaN also means no load.
+        // Without contact, the value is 0 or NaN.
         (value > 0.0).then(|| (COLOUR_STEPS * value / largest).round() as u32)
     };
     for slice in 0..slices {
@@ -118,7 +118,7 @@ fn cover(canvas: &mut Canvas, panel: &Panel, edges: &[f64], values: &[f64], larg
     }
     let corners = [[panel.left, panel.top], [panel.right, panel.bottom]];
     canvas.outline(corners[0], corners[1], INK, 1.0);
-    // The middle of the face, as a reference for the side of the load.
+    // A dashed line marks the middle of the face.
     let middle = panel.y(0.0);
     canvas.dashes([panel.left, middle], [panel.right, middle], SOFT, 0.8);
 }

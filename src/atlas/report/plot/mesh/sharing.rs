@@ -1,4 +1,4 @@
-//! How do the pairs of teeth share the load over the mesh phase? One panel per torque, one line per pair.
+//! Load shares of the pairs of teeth over the mesh phase: one panel per torque, one line per pair.
 
 use super::data::{Curve, MeshCurves};
 use super::labels::{self, Named};
@@ -11,9 +11,9 @@ use crate::report::plot::panel::{LEFT, Panel};
 use crate::report::plot::picture::Drawn;
 use std::collections::BTreeMap;
 
-/// Colours of the pairs: dark enough for lines.
+/// Numbers of the colours of the pairs; these colours are dark enough for lines.
 const COLOURS: [usize; MOST_PAIRS] = [0, 3, 4];
-/// Largest difference of shares that belong to one pair.
+/// Tolerance for the shares of one pair on both sides of a piece's end.
 const SAME_PAIR: f64 = 1e-6;
 /// Largest number of panels.
 const MOST_PANELS: usize = 3;
@@ -36,7 +36,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
         let slots: Vec<Curve> = (0..MOST_PAIRS)
             .map(|pair| mesh.curve(&mesh.table.share, [aligned, torque], [pair, MOST_PAIRS]))
             .collect();
-        // At a contact ratio below 2 the third pair never carries load.
+        // If the contact ratio is below 2, the third pair never carries load.
         let is_loaded = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
         let lines: Vec<Named> = (passages(&slots, mesh.table.breaks.len() - 1).into_iter())
             .filter(|(_, curve)| is_loaded(curve))
@@ -65,9 +65,10 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
     Drawn::one(name, canvas)
 }
 
-/// The shares of each pair over its passage, from those of the newest pair, the one before and so on. All curves have
-/// the same number of samples on each piece of the cycle. When the next pair comes within reach, all others move up by
-/// one. Shares under load do not jump there, which identifies such a place.
+/// The load share of each pair, by the number of the pair. `slots` are the shares in the order of the table:
+/// the newest pair, the pair before it, and so on. All curves have the same number of samples on each piece
+/// of the cycle. When a new pair comes within reach, every other pair moves to the next slot. The share of a
+/// pair is continuous there, and this identifies the place.
 fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
     let samples = slots[0].len() / pieces;
     let mut passages: BTreeMap<i32, Curve> = BTreeMap::new();
