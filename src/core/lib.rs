@@ -4,7 +4,7 @@
 //! * [`model`]: structure, contacts and excitation at an operating point, [`model::Model`].
 //! * [`propagate`]: kernels that advance a state exactly between events, such as [`propagate::Volterra`].
 //! * [`analysis`]: exponents, orbits, bifurcations, statistics.
-//! * [`numerics`]: their numerical tools.
+//! * [`numerics`]: numerical methods that the other modules use.
 //!
 //! An oscillator between two elastic walls keeps its energy:
 //!
@@ -29,7 +29,7 @@
 //! let wall = (q[0].abs() - 1.0).max(0.0);
 //! let energy = 0.5 * (v[0] * v[0] + q[0] * q[0] + 50.0 * wall * wall);
 //! assert!((energy / 4.5 - 1.0).abs() < 1e-11);
-//! // It strikes a wall twice in a period that is shorter than 2π s, and leaves it again.
+//! // A period is shorter than 2π s and has four events: each wall is reached once and left once.
 //! assert!(counters.events > 600);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

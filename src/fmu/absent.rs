@@ -6,7 +6,7 @@ use super::foreign::{Handle, Logger, Logger3, Opaque};
 use super::instance::Refusal;
 use std::ffi::c_int;
 
-/// Functions that get or set values of a type without variables. They accept only empty requests.
+/// Functions that get or set values of a type that no variable has. They accept only empty requests.
 macro_rules! of_no_variable {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
         exported! { $(
@@ -63,7 +63,7 @@ of_no_variable! {
     fmi3GetOutputDerivatives(_orders: Opaque, _values: Opaque, _count: usize);
 }
 
-/// Functions that an importer must never call on this FMU.
+/// Functions that an importer must not call on this FMU. They return an error.
 macro_rules! not_provided {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
         exported! { $(
@@ -103,7 +103,7 @@ not_provided! {
     fmi3ActivateModelPartition(_clock: u32, _time: f64);
 }
 
-/// Returns no instance, and logs a message.
+/// Refuses to make an instance, and logs the reason.
 fn refused(logger: Logger3, environment: Opaque) -> Handle {
     let only = || Err(Refusal::error("this FMU is for co-simulation"));
     Handle::make(Logger::Three(logger, environment), only)

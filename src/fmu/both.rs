@@ -1,4 +1,4 @@
-//! The functions with equal arguments in FMI 2.0 and FMI 3.0, and what other functions of both share.
+//! The functions with equal arguments in FMI 2.0 and FMI 3.0, and common parts of other functions.
 
 use super::export::exported;
 use super::foreign::{Handle, ImporterValues, RequestedValues, SavedState, StatePointer};
@@ -64,7 +64,7 @@ of_both! {
     }
 }
 
-/// Answers with one value per variable.
+/// Writes one value per variable to the importer's memory.
 pub fn get<T: Copy>(
     references: ImporterValues<u32>,
     values: RequestedValues<T>,
@@ -88,7 +88,7 @@ pub fn set(
     pairs.try_for_each(|(reference, value)| instance.set(*reference, *value))
 }
 
-/// Writes the bytes of a state if they have room.
+/// Writes the bytes of a state to the importer's memory. An error if they do not fit.
 fn serialize(state: SavedState, bytes: RequestedValues<u8>, size: usize) -> Result<(), Refusal> {
     let serialized = state.read()?.bytes();
     let room = bytes.list(size)?.get_mut(..serialized.len());
@@ -102,7 +102,7 @@ fn serialize(state: SavedState, bytes: RequestedValues<u8>, size: usize) -> Resu
     Ok(())
 }
 
-/// Stores the state from some bytes.
+/// Makes a state from bytes, and stores it in the importer's variable.
 fn deserialize(bytes: ImporterValues<u8>, size: usize, state: StatePointer) -> Result<(), Refusal> {
     let live = LiveState::of_bytes(bytes.list(size)?).map_err(Refusal::error)?;
     state.fill(live)

@@ -7,7 +7,7 @@ use super::instance::{Instance, Refusal};
 use super::resource_path::of_uri;
 use std::ffi::{c_char, c_int};
 
-/// Kind of FMU: co-simulation.
+/// The kind of FMU: co-simulation.
 const CO_SIMULATION: c_int = 1;
 
 /// Kind of status: the time up to which steps succeeded.

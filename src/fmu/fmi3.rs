@@ -7,7 +7,7 @@ use super::instance::{Instance, Refusal};
 use std::ffi::{c_char, c_int};
 use std::path::Path;
 
-/// Requires one value per variable, because no variable is an array.
+/// Refuses a request without exactly one value per variable, because no variable is an array.
 fn one_each(count: usize, values: usize) -> Result<(), Refusal> {
     if count == values {
         return Ok(());

@@ -1,8 +1,9 @@
 //! Conversion of the importer's data to Rust and back: the only code that uses its pointers.
 //!
-//! Only the importer makes values of these types, when it calls a function that this library exports. The standard
-//! defines their targets. For the time of the call they point to a text that ends with 0, to as many values as the call
-//! says, or to a result of an earlier call. Null pointers are refused, except for empty lists.
+//! Only the importer makes values of these types, when it calls a function that this library exports. The
+//! standard defines their targets. During the call they point to a text that ends with 0, to the number of
+//! values that the call gives, or to a result of an earlier call. Null pointers are refused, except for empty
+//! lists.
 
 #![allow(unsafe_code)]
 
@@ -11,13 +12,13 @@ use super::panics::caught;
 use gearatlas_jobs::fmu::LiveState;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 
-/// Statuses of calls, in both versions.
+/// Status of a call in both versions: done.
 pub const OK: c_int = 0;
-/// Not done; the state is unchanged.
+/// Status: not done, and the state is unchanged.
 pub const DISCARD: c_int = 2;
-/// Error; the instance remains usable.
+/// Status: an error, after which the instance remains usable.
 pub const ERROR: c_int = 3;
-/// The instance is lost.
+/// Status: an error, after which the instance is not usable.
 pub const FATAL: c_int = 4;
 
 /// A pointer that is returned unchanged or ignored.
@@ -36,7 +37,7 @@ impl Text {
         if self.0.is_null() {
             return Err(Refusal::error("a text is a null pointer"));
         }
-        // SAFETY: the importer handed it over as a text that ends with 0.
+        // SAFETY: the importer passed the pointer as a text that ends with 0.
         let text = unsafe { CStr::from_ptr(self.0) };
         text.to_str()
             .map_err(|_| Refusal::error("a text is not UTF-8"))
@@ -71,7 +72,8 @@ impl<T: Copy> RequestedValues<T> {
         match (count, self.0.is_null()) {
             (0, _) => Ok(&mut []),
             (_, true) => Err(Refusal::error("a list is a null pointer")),
-            // SAFETY: the importer passed the pointer as room for so many values, to which nothing else here refers.
+            // SAFETY: the importer passed the pointer as room for this number of values. No other reference
+            // to them exists.
             (_, false) => Ok(unsafe { std::slice::from_raw_parts_mut(self.0, count) }),
         }
     }
@@ -79,7 +81,7 @@ impl<T: Copy> RequestedValues<T> {
     /// Writes one value if there is room for it.
     pub fn answer(self, value: T) {
         if !self.0.is_null() {
-            // SAFETY: the importer handed it over as room for one value.
+            // SAFETY: the importer passed the pointer as room for one value.
             unsafe { self.0.write(value) }
         }
     }
@@ -107,15 +109,15 @@ pub struct StatePointer(*mut *mut LiveState);
 
 impl StatePointer {
     fn place<'a>(self) -> Result<&'a mut *mut LiveState, Refusal> {
-        // SAFETY: the importer handed it over as the place of a state.
+        // SAFETY: the importer passed the pointer as its variable for a state.
         let place = unsafe { self.0.as_mut() };
         place.ok_or_else(|| Refusal::error("a place for a state is a null pointer"))
     }
 
-    /// Stores a state there, instead of an existing one.
+    /// Stores a copy of a state there. An existing state is overwritten.
     pub fn overwrite(self, live: &LiveState) -> Result<(), Refusal> {
         let place = self.place()?;
-        // SAFETY: it is null or what this type made and has not freed.
+        // SAFETY: the pointer is null, or this type made it and has not freed it.
         match unsafe { place.as_mut() } {
             Some(old) => old.copy(live),
             None => *place = Box::into_raw(Box::new(live.clone())),
@@ -123,7 +125,7 @@ impl StatePointer {
         Ok(())
     }
 
-    /// Stores a new state there, whatever the variable contained.
+    /// Stores a new state there. The previous value of the variable is ignored.
     pub fn fill(self, live: LiveState) -> Result<(), Refusal> {
         *self.place()? = Box::into_raw(Box::new(live));
         Ok(())
@@ -133,7 +135,7 @@ impl StatePointer {
     pub fn free(self) -> Result<(), Refusal> {
         let place = std::mem::replace(self.place()?, std::ptr::null_mut());
         if !place.is_null() {
-            // SAFETY: this type made it, and the importer no longer holds it.
+            // SAFETY: this type made the pointer, and the importer's variable no longer contains it.
             drop(unsafe { Box::from_raw(place) });
         }
         Ok(())
@@ -141,12 +143,12 @@ impl StatePointer {
 }
 
 /// The logger of FMI 2.0: a C function with any number of arguments.
-// SAFETY: a type, which calls nothing.
+// SAFETY: this is a type. It calls nothing.
 pub type Logger2 =
     Option<unsafe extern "C" fn(Opaque, *const c_char, c_int, *const c_char, *const c_char, ...)>;
 
 /// The logger of FMI 3.0.
-// SAFETY: a type, which calls nothing.
+// SAFETY: this is a type. It calls nothing.
 pub type Logger3 = Option<unsafe extern "C" fn(Opaque, c_int, *const c_char, *const c_char)>;
 
 /// The functions of an importer of FMI 2.0.
@@ -175,7 +177,8 @@ pub enum Logger {
 impl Logger {
     /// The logger of an importer of FMI 2.0; `None` if it gives no functions.
     pub fn two(callbacks: CallbacksOf, name: Text) -> Option<Self> {
-        // SAFETY: the importer handed it over as its functions, which stay where they are while there is an instance.
+        // SAFETY: the importer passed the pointer to its functions, which it keeps as long as the instance
+        // exists.
         let callbacks = unsafe { callbacks.0.as_ref() }?;
         let name = name.read().ok().and_then(|name| CString::new(name).ok());
         Some(Self::Two(
@@ -192,7 +195,7 @@ impl Logger {
         match self {
             Self::Two(Some(logger), environment, name) => {
                 let (name, message) = (name.as_ptr(), message.as_ptr());
-                // SAFETY: the importer gave it as this function; the format takes one text.
+                // SAFETY: the importer passed this function. The format has one text as its argument.
                 unsafe {
                     logger(
                         *environment,
@@ -205,7 +208,7 @@ impl Logger {
                 }
             }
             Self::Three(Some(logger), environment) => {
-                // SAFETY: the importer gave it as this function.
+                // SAFETY: the importer passed this function.
                 unsafe { logger(*environment, status, category, message.as_ptr()) }
             }
             Self::Two(None, ..) | Self::Three(None, _) => {}
@@ -218,7 +221,7 @@ impl Logger {
 #[derive(Clone, Copy)]
 pub struct Handle(*mut c_void);
 
-/// An instance and its logger; without an instance after a panic.
+/// An instance and its logger. After a panic there is no instance.
 struct InstanceBox {
     instance: Option<Instance>,
     logger: Logger,
@@ -239,13 +242,14 @@ impl Handle {
             Ok(Err(refusal)) => refusal.sentence().to_owned(),
             Err(reason) => reason,
         };
-        // A panic in the importer's function is not handled here.
+        // A panic in the importer's logger is not caught.
         logger.log(ERROR, &refusal);
         Self::NONE
     }
 
     fn instance_box<'a>(self) -> Option<&'a mut InstanceBox> {
-        // SAFETY: it is null or what `make` made and `free` has not freed; the importer makes one call at a time with it.
+        // SAFETY: the pointer is null, or `make` made it and `free` has not freed it. The importer makes one
+        // call at a time.
         unsafe { self.0.cast::<InstanceBox>().as_mut() }
     }
 
@@ -269,10 +273,10 @@ impl Handle {
         status
     }
 
-    /// Frees an instance, if it is one.
+    /// Frees an instance, unless the handle is null.
     pub fn free(self) {
         if !self.0.is_null() {
-            // SAFETY: `make` made it, and the importer has it no more.
+            // SAFETY: `make` made the pointer, and the importer no longer uses it.
             let held = unsafe { Box::from_raw(self.0.cast::<InstanceBox>()) };
             _ = caught(|| drop(held));
         }

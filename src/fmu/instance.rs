@@ -1,4 +1,5 @@
-//! What may the importer ask an instance in which state, and what is the answer? Independent of the version of FMI.
+//! Which calls does an instance accept in which state, and what does it return? This is independent of the
+//! version of FMI.
 
 use super::foreign::{DISCARD, ERROR};
 use gearatlas_jobs::fmu::{Drive, INPUTS, LiveState, Mode, Plant, Role};
@@ -6,7 +7,7 @@ use std::borrow::Cow;
 use std::ffi::c_int;
 use std::path::Path;
 
-/// Largest difference between the clocks of importer and instance, relative to the step.
+/// Largest difference between the times of importer and instance, relative to the larger of step and time.
 const SAME_TIME: f64 = 1e-9;
 
 /// Why a call is refused.
@@ -92,7 +93,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Ends the initialization, after the plant is built.
+    /// Builds the plant and ends the initialization.
     pub fn exit_initialization(&mut self) -> Result<(), Refusal> {
         self.require(&[Mode::Initialization], "leaving initialization mode")?;
         self.prepare()?;
@@ -107,7 +108,7 @@ impl Instance {
         Ok(())
     }
 
-    /// Builds the plant if necessary, and sets the motion to its start if there is none.
+    /// Builds the plant if necessary. If there is no motion, sets it to its start.
     fn prepare(&mut self) -> Result<(), Refusal> {
         let known = |entry: &(Vec<f64>, Plant)| same_bits(&entry.0, &self.live.parameters);
         if !self.plant.as_ref().is_some_and(known) {
@@ -137,7 +138,7 @@ impl Instance {
         variable.map_or("", |variable| variable.name.as_str())
     }
 
-    /// The plant and its state, for outputs; builds the plant in initialization mode.
+    /// The plant and its state, for outputs. In initialization mode the plant is built if necessary.
     fn ready(&mut self) -> Result<(&Plant, &LiveState), Refusal> {
         self.require(
             &[Mode::Initialization, Mode::Step, Mode::Terminated],
@@ -195,7 +196,7 @@ impl Instance {
                     "setting a parameter",
                 )?;
                 self.live.parameters[place] = value;
-                // The motion starts again, in a plant with these parameters.
+                // The motion must start again, in a plant with the new parameters.
                 self.live.motion = None;
             }
             Role::Input(input) => {
@@ -236,14 +237,14 @@ impl Instance {
         self.live.time
     }
 
-    /// Steps from a time over a length \[s\].
+    /// Advances from a time over a step of some length \[s\].
     pub fn step(&mut self, time: f64, length: f64) -> Result<(), Refusal> {
         self.require(&[Mode::Step], "a step")?;
         if !(length > 0.0 && length.is_finite()) {
             return Err(Refusal::error(format!("a step has the length {length}")));
         }
         let last_end = self.live.time;
-        // The comparison also refuses NaN.
+        // This form of the condition also refuses a NaN.
         let same = (time - last_end).abs() <= SAME_TIME * length.max(time.abs());
         if !same {
             return Err(Refusal::error(format!(
@@ -253,7 +254,7 @@ impl Instance {
         let Some((_, plant)) = &mut self.plant else {
             return Err(no_motion());
         };
-        // Use the importer's clock, because two separate sums of steps would drift apart.
+        // Use the importer's time, because two separate sums of steps would drift apart.
         self.live.time = time;
         plant.step(&mut self.live, length).map_err(|stop| {
             self.live.time = last_end;
@@ -266,7 +267,7 @@ impl Instance {
         &self.live
     }
 
-    /// Restores another state; changes nothing if it belongs to another drive.
+    /// Restores another state. Refuses it without any change if it belongs to another drive.
     pub fn set_state(&mut self, live: &LiveState) -> Result<(), Refusal> {
         let foreign = || Refusal::error("the state is of another drive");
         if live.parameters.len() != self.live.parameters.len() {
@@ -291,7 +292,7 @@ impl Instance {
     }
 }
 
-/// Whether numbers are bitwise equal.
+/// Whether two lists of numbers have equal bits.
 fn same_bits(a: &[f64], b: &[f64]) -> bool {
     a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits())
 }
@@ -300,7 +301,7 @@ fn no_motion() -> Refusal {
     Refusal::error("there is no motion yet")
 }
 
-/// The state before the importer sets anything.
+/// The state after instantiation.
 fn at_start(drive: &Drive) -> LiveState {
     let description = drive.description();
     LiveState {

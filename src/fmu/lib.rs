@@ -1,9 +1,10 @@
-//! The library in an FMU: the C interfaces of FMI 2.0 and FMI 3.0, for co-simulation, over one instance.
+//! The library in an FMU: the C interfaces of FMI 2.0 and FMI 3.0 for co-simulation, with a common
+//! implementation.
 //!
-//! The library exports all functions of both standards for co-simulation by their names. It also exports those of FMI
-//! 3.0 for other kinds of FMU, because importers need them. The functions convert the importer's arguments (`foreign`),
-//! call the `instance`, and return a status; a refusal is a sentence to the importer's logger. The library prints
-//! nothing, and no panic leaves it.
+//! The library exports all functions of both standards for co-simulation. It also exports the functions of
+//! FMI 3.0 for other kinds of FMU, because importers require them. The functions convert the importer's
+//! arguments (`foreign`), call the `instance`, and return a status. If a call is refused, the importer's
+//! logger gets a sentence with the reason. The library prints nothing, and catches all panics.
 
 mod absent;
 mod both;

@@ -1,4 +1,4 @@
-//! Panic messages for the importer's logger instead of the error stream.
+//! Catches panics, and keeps their messages for the importer's logger instead of the error stream.
 
 use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe};
@@ -19,7 +19,7 @@ pub fn keep() {
     });
 }
 
-/// Runs `work`; after a panic, returns its message as the error.
+/// Runs `work`. After a panic, the error is the panic message.
 pub fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     panic::catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
         let message = LAST.with_borrow_mut(std::mem::take);

@@ -1,10 +1,11 @@
-//! Where are the resources? Reads the URI of FMI 2.0.
+//! In which folder are the resources? FMI 2.0 gives it as a URI.
 
 use std::ffi::OsString;
 use std::os::unix::ffi::OsStringExt;
 use std::path::PathBuf;
 
-/// The folder of `file:///a%20b`; also of `file:/a b` or a plain path, which some importers give.
+/// The folder of a URI such as `file:///a%20b`. It also accepts `file:/a b` and a plain path, which some
+/// importers give.
 pub fn of_uri(uri: &str) -> PathBuf {
     let plain = uri.strip_prefix("file:").map(|rest| {
         let rest = rest.strip_prefix("//").unwrap_or(rest);

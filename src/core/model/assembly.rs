@@ -13,8 +13,8 @@ use crate::structure::{
     FlankParticipation, FrictionPart, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
 };
 
-/// A rotation about the shafts does not tilt them. Its tilt is round-off below this part of the largest tilt
-/// of any mode.
+/// A rotation about the shafts does not tilt them. A tilt of such a rotation below this fraction of the
+/// largest tilt of any mode is round-off.
 const TILT_NOISE: f64 = 1e-9;
 
 /// Input of the assembly of contacts.
@@ -31,7 +31,7 @@ pub struct Assembly<'a> {
 /// The contacts, and the directions of their forces on the blocks.
 pub struct Assembled {
     pub contacts: Vec<Contact>,
-    /// Number of contacts of the flanks: springs, then layers of the film.
+    /// Number of contacts of the two flanks: springs and layers of the film.
     pub flank_springs: usize,
     pub directions: Directions,
 }
@@ -154,7 +154,8 @@ impl Assembly<'_> {
         film.map_or_else(Vec::new, |film| film.layers(self.drive.half_gap))
     }
 
-    /// The mesh cycles of the spring of a number with a damping \[N s/m\]: one, unless single teeth differ.
+    /// The mesh cycles of spring `number` of a flank, with a damping \[N s/m\]. Without faulty teeth there is
+    /// one cycle.
     ///
     /// # Errors
     /// As [`flank_springs::of_flank`].
@@ -175,7 +176,7 @@ impl Assembly<'_> {
         of_teeth.collect()
     }
 
-    /// The mesh cycle of a spring with a damping \[N s/m\].
+    /// The mesh cycle of a spring from its divisions, with a damping \[N s/m\].
     fn cycle(
         &self,
         side: &Side,
@@ -216,7 +217,7 @@ impl Assembly<'_> {
         }
     }
 
-    /// A contact of the structure.
+    /// The model's contact for contact `number` of the structure.
     fn of_structure(
         &self,
         number: usize,
@@ -256,14 +257,14 @@ impl Assembly<'_> {
     }
 }
 
-/// Release rule of a contact with a damping \[N s/m\]: the force of a spring alone vanishes where δ returns to
-/// the gap.
+/// Release rule of a contact with a damping \[N s/m\]. Without a damper the force vanishes where δ returns to
+/// the gap, so that both rules are equal.
 fn release(asked: Release, damping: f64) -> Release {
     if damping > 0.0 { asked } else { Release::Deflection }
 }
 
-/// A participation without round-off of the rotation. By construction of the basis, the entries of rigid
-/// blocks that deflect no mesh are zero.
+/// A participation without the round-off of the transformation. By construction of the basis, the entries of
+/// the `rigid` blocks, which do not deflect the mesh, are zero.
 fn without_rotations(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     for &i in rigid {
         mesh[i] = 0.0;
@@ -271,7 +272,7 @@ fn without_rotations(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     mesh
 }
 
-/// A tilt without round-off: a rotation about the shafts does not tilt them.
+/// A tilt without round-off in the `rigid` blocks: a rotation about the shafts does not tilt them.
 fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     for &i in rigid {

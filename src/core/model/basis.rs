@@ -26,7 +26,8 @@ pub struct Basis {
     contact_free: usize,
     /// The coupling of the modes, after this rotation.
     coupled: Option<Coupled>,
-    /// Number of blocks of dry sliders after those of the modes. They count as modes, but are unknown to the structure.
+    /// Number of blocks of dry sliders after those of the modes. They count as modes of the model; the
+    /// structure does not have them.
     sliders: usize,
 }
 
@@ -39,7 +40,7 @@ pub struct Coupled {
     pub from_modes: Vec<f64>,
     /// Frequencies of the uncoupled modes \[rad/s\]; 0 for rigid ones.
     pub frequency: Vec<f64>,
-    /// Whether gyroscopic terms make the coupling depend on the speed.
+    /// Whether there are gyroscopic terms, which depend on the speed.
     pub turns: bool,
     /// All damping and gyroscopic terms \[1/s\], N × N row by row.
     pub damping: Vec<f64>,
@@ -121,17 +122,17 @@ impl Basis {
         self.coupled.as_ref()
     }
 
-    /// The structure's rigid modes.
+    /// Indices of the structure's rigid modes.
     pub(super) fn rigid(&self) -> &[usize] {
         &self.rigid
     }
 
-    /// The rotated rigid modes that deflect no contact.
+    /// Indices of the rotated rigid modes that deflect no contact.
     pub fn without_contact(&self) -> &[usize] {
         &self.rigid[..self.contact_free]
     }
 
-    /// Modal values of the structure with its rigid motions rotated, and 0 for every slider.
+    /// Converts values per mode of the structure to the rotated modes, with 0 appended for every slider.
     pub(super) fn turn(&self, values: &[f64]) -> Vec<f64> {
         let mut out = values.to_vec();
         out.resize(values.len() + self.sliders, 0.0);
@@ -145,7 +146,7 @@ impl Basis {
         out
     }
 
-    /// Undoes [`Self::turn`].
+    /// The inverse of [`Self::turn`].
     fn turn_back(&self, values: &[f64]) -> Vec<f64> {
         let mut out = values[..values.len() - self.sliders].to_vec();
         for (j, &target) in self.rigid.iter().enumerate() {
@@ -155,7 +156,7 @@ impl Basis {
         out
     }
 
-    /// Rotates rows and columns of an N × N matrix.
+    /// Converts rows and columns of an N × N matrix to the rotated modes.
     fn turn_matrix(&self, matrix: &mut Vec<f64>) {
         let n = (matrix.len() as f64).sqrt() as usize;
         for _ in 0..2 {
@@ -169,7 +170,7 @@ impl Basis {
         }
     }
 
-    /// Inputs of the blocks by a modal force in rotated values.
+    /// Inputs of the blocks under a force on the rotated modes.
     pub(super) fn input(&self, force: &[f64]) -> Vec<[f64; 2]> {
         let n = force.len();
         let Some(coupled) = &self.coupled else {
@@ -182,7 +183,7 @@ impl Basis {
         (0..n).map(|i| [of(i), of(n + i)]).collect()
     }
 
-    /// The modal force, in rotated values, that gives the blocks these inputs.
+    /// The force on the rotated modes that gives the blocks these inputs.
     pub fn force(&self, inputs: &[[f64; 2]]) -> Vec<f64> {
         let n = inputs.len();
         let components = |part: usize| inputs.iter().map(move |input| input[part]);
@@ -190,8 +191,8 @@ impl Basis {
         self.turned_modes(&state).split_off(n)
     }
 
-    /// The participations of the rotated modal displacements in a sum over the blocks' states, if it contains only
-    /// displacements.
+    /// Converts a sum over the blocks' states to participations of the rotated modal displacements. The sum
+    /// must not depend on modal velocities.
     pub fn displacement_gains(&self, rows: &[[f64; 2]]) -> Vec<f64> {
         let n = rows.len();
         let Some(coupled) = &self.coupled else {
@@ -205,7 +206,7 @@ impl Basis {
         (0..n).map(of).collect()
     }
 
-    /// A sum `Σ values · q` of rotated modal displacements, and its rate, as sums over the blocks'
+    /// Converts the sum `Σ values · q` of rotated modal displacements, and its rate, to sums over the blocks'
     /// states.
     pub(super) fn output(&self, values: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let n = values.len();
@@ -275,8 +276,8 @@ impl Basis {
     }
 }
 
-/// Extends a square matrix over `modes` values, or over twice as many in two halves, by `added` rows and columns per
-/// half. The added part is `diagonal` times the identity.
+/// Extends a square matrix of order `modes`, or of order `2 modes` in two halves, by `added` rows and columns
+/// per half. The added part is `diagonal` times the identity.
 fn bordered(matrix: &[f64], modes: usize, added: usize, diagonal: f64) -> Vec<f64> {
     let order = matrix.len().isqrt();
     let halves = order / modes;
@@ -302,9 +303,9 @@ fn times(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
     matrix.chunks_exact(vector.len()).map(row).collect()
 }
 
-/// Orthonormal rows that span the rigid modes. The last one is along the first of these `rotations`, which deflect
-/// contacts, the one before it in the plane of the first two, and so on. Also returns the number of rows orthogonal to
-/// all of these rotations.
+/// Orthonormal rows that span the rigid modes, ordered from the end: the last row is along the first of the
+/// `rotations` that deflect contacts, the row before it is in the plane of the first two, and so on. Also
+/// returns the number of rows that are orthogonal to all `rotations`.
 fn turned_basis(rigid: &[usize], rotations: Vec<Vec<f64>>) -> (Vec<Vec<f64>>, usize) {
     let n = rigid.len();
     let identity = |i: usize| (0..n).map(|j| f64::from(u8::from(i == j))).collect();

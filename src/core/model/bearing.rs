@@ -1,12 +1,12 @@
-//! How do the blocks, and statically the omitted modes, load the bearings?
+//! Which forces do the blocks and the omitted modes exert on the bearings?
 
 use super::basis::Basis;
 use super::{DriveShaft, OperatingPoint, TorqueRipple};
 use crate::structure::{BearingGain, ModalStructure, OmittedModeForces};
 
-/// The force on a bearing in one direction, of springs and dampers, `Σ gain·x` \[N\]. Omitted modes follow their loads
-/// statically and add the constant, an amplitude per ripple, and for every contact force the share in its
-/// [direction](super::Direction::on_bearings).
+/// The force of a bearing's springs and dampers in one direction, `Σ gain·x` \[N\]. Omitted modes follow
+/// their loads statically. They add a constant, an amplitude per ripple, and a share of every contact force
+/// ([`super::Direction::on_bearings`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct BearingOutput {
     /// Shaft, bearing and direction.

@@ -1,14 +1,14 @@
-//! One mode as a real 2 × 2 block, and its gains for the mesh.
+//! One mode as a real 2 × 2 block, and its gains for contacts.
 
 use crate::numerics::exponential::{self, RIGID_PHASE};
 use num_complex::{Complex64, c64};
 
-/// A real 2 × 2 block `x' = A x − g F + s`, contributing `w·x` to the mesh deflection; w and g
-/// are its [`MeshGain`].
+/// A real 2 × 2 block `x' = A x − g F + s`, which contributes `w·x` to the deflection of a contact with the
+/// force F; w and g are its [`MeshGain`].
 ///
-/// If modes are coupled, the blocks are those of [`super::Basis`]. A mode with modal damping is the companion block
-/// `A = [0 1; −ω² −2ζω]`, `x = (q, q')`, `g = (0, gᵢ)`, `w = (wᵢ, 0)`. Kernels rely on the block form only, so they
-/// accept blocks from a non-proportional damping or gyroscopic decomposition too.
+/// If modes are coupled, the blocks are those of [`super::Basis`]. A mode with modal damping is the companion
+/// block `A = [0 1; −ω² −2ζω]`, `x = (q, q')`, `g = (0, gᵢ)`, `w = (wᵢ, 0)`. Kernels use the block form only.
+/// They therefore also accept blocks from non-proportional damping or gyroscopic terms.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Block {
     /// Generator A \[1/s\], row by row.
@@ -59,8 +59,8 @@ impl Block {
         }
     }
 
-    /// Legendre coefficients of C and S on \[0, τ\] as real and imaginary parts, with
-    /// `exp(A t) = C(t) I + S(t) M` and the traceless part M; returns their values at τ.
+    /// Writes the Legendre coefficients of C and S on \[0, τ\] to `out`, as real and imaginary parts. Here
+    /// `exp(A t) = C(t) I + S(t) M` with the traceless part M. Returns C(τ) and S(τ).
     pub fn exponential(&self, tau: f64, out: &mut [Complex64]) -> [f64; 2] {
         if let Some(spread) = self.spread() {
             return exponential::real_pair_series(self.growth(), spread, tau, out);
@@ -70,7 +70,7 @@ impl Block {
         by_frequency(rate.im, end, out)
     }
 
-    /// As [`Self::exponential`], for many blocks; one series and one value per block.
+    /// As [`Self::exponential`], for many blocks: one series and one pair of values per block.
     pub fn exponentials<const N: usize>(
         blocks: &[Self],
         tau: f64,
@@ -97,7 +97,8 @@ impl Block {
         ends
     }
 
-    /// Eigenvalue `growth + iν` of a block without spread. A rigid rotation gets a very small ν.
+    /// Eigenvalue `growth + iν` of a block that is not overdamped. A rigid rotation gets a very small ν
+    /// instead of 0.
     fn oscillation(&self, tau: f64) -> Complex64 {
         let nu = self.damped_frequency().unwrap_or(0.0);
         c64(self.growth(), nu.max(RIGID_PHASE / tau))
@@ -118,15 +119,14 @@ impl Block {
     }
 }
 
-/// Gains between the mesh and a block while the line of action and the direction of friction are
-/// constant.
+/// Gains between a contact and a block while the line of action and the direction of friction are constant.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshGain {
-    /// Gain w of the mesh deflection.
+    /// Gain w of the deflection.
     pub deflection: [f64; 2],
     /// Gain of the deflection rate, `w A`.
     pub rate: [f64; 2],
-    /// Gain g of the mesh force; it enters with a minus sign.
+    /// Gain g of the contact force; `−g F` is the input of the block.
     pub mesh_input: [f64; 2],
 }
 
@@ -142,7 +142,7 @@ impl MeshGain {
         }
     }
 
-    /// The gain of a companion block: participations in deflection and force.
+    /// The gain of a companion block, from the participations in deflection and force.
     pub fn mode(block: &Block, deflection: f64, force: f64) -> Self {
         Self::new(block, [deflection, 0.0], [0.0, force])
     }

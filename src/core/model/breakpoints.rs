@@ -2,8 +2,8 @@
 
 use super::{ActiveSet, Contact, DRIVE_FLANK, Model, SAME_PHASE, Segment};
 
-/// Gap of a flank that does not exist, in units of the model's half gap. Motion counts as diverged before it
-/// reaches such a gap.
+/// Smallest gap of a flank that does not exist, in units of the model's half gap. A motion counts as diverged
+/// before it reaches such a gap.
 pub const OUT_OF_REACH: f64 = 1e12;
 
 impl Model {
@@ -12,8 +12,8 @@ impl Model {
         self.contacts[DRIVE_FLANK].half_gap < OUT_OF_REACH * self.half_gap
     }
 
-    /// Scale of deflections along a line \[m\]: the largest gap of its contacts, or the half gap of the model if that is
-    /// larger or these contacts are out of reach. Motion may be much larger than a small gap.
+    /// Scale of deflections along a line \[m\]: the largest gap of the contacts on the line, but at least the
+    /// half gap of the model. Contacts out of reach do not count. Motion may be much larger than a small gap.
     pub fn gap_on(&self, line: usize) -> f64 {
         let on_line = |contact: &&Contact| {
             let mut segments = contact.cycles.iter().flat_map(|cycle| &cycle.segments);
@@ -59,7 +59,8 @@ impl Model {
         self.line(before) != self.line(after) || !(before.error.is_none() && after.error.is_none())
     }
 
-    /// The contacts that may open or close at a phase of a mesh cycle, in order.
+    /// The contacts that may open or close at a phase of a mesh cycle because their line or gap changes
+    /// there, in order.
     pub fn turning(&self, cycle: u64, phase: f64) -> impl Iterator<Item = usize> {
         (0..self.contacts.len()).filter(move |&index| {
             let contact = &self.contacts[index];
@@ -96,7 +97,7 @@ mod tests {
     use super::*;
     use crate::model::{COAST_FLANK, Division, Drive, FlankError, MeshCycle, fixtures};
 
-    /// Two flanks on one line with missing material from 0.3 to 0.7 of the mesh cycle.
+    /// Two flanks on one line. Both lack material from phase 0.3 to 0.7 of the mesh cycle.
     fn model() -> Model {
         let structure = fixtures::structure(&[0.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3]);
         let mut drive = fixtures::constant_mesh(1e-5, 4e8);
@@ -156,7 +157,8 @@ mod tests {
         assert!(!level.ever_turns(&level.contacts[0]));
     }
 
-    /// The segment before the first is the last of the previous cycle, also if cycles repeat in a sequence.
+    /// The segment before the first one is the last one of the previous mesh cycle, also if mesh cycles
+    /// differ.
     #[test]
     fn what_was_before_is_of_the_cycle_before() {
         let mut model = model();

@@ -1,8 +1,8 @@
 //! Is there clearance between opposite flanks on one line?
 //!
-//! A contact of side +1 closes where δ rises to its gap b, one of side −1 where −δ rises to its gap. Both are therefore
-//! closed at once if the sum of the gaps is negative. Flanks whose excess thickness exceeds the backlash jam; kernels
-//! assume that only one of two contacts on a line touches.
+//! A contact of side +1 closes where δ rises to its gap b, a contact of side −1 where −δ rises to its gap.
+//! Both are closed at once if the sum of the gaps is negative: flanks that are thicker than the backlash jam.
+//! Kernels assume that at most one of two facing contacts on a line touches.
 
 use super::contact::Contact;
 use super::direction::Direction;
@@ -10,10 +10,10 @@ use super::error::ModelError;
 use super::mesh::MeshCycle;
 use super::release::Release;
 
-/// Number of samples per segment: an error has eight terms there.
+/// Number of intervals between the samples of a segment, whose error has eight terms.
 const PLACES: usize = 32;
 
-/// Checks that the sum of the gaps of any two opposite contacts on one line is never negative.
+/// Checks that the sum of the gaps of two facing contacts on one line is never negative.
 ///
 /// # Errors
 /// [`ModelError::Jammed`].
@@ -68,8 +68,8 @@ mod tests {
     use super::*;
     use crate::model::{FlankError, Model, STIFFNESS_TERMS, fixtures};
 
-    /// Flanks that are too thick by less than the half gap, by more than it on part of a division, and on the whole of
-    /// it.
+    /// Flanks that are too thick by less than the half gap, by more than it on a part of a division, and by
+    /// more than it on a whole division.
     #[test]
     fn flanks_thicker_than_the_backlash_are_refused() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);

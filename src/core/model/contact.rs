@@ -16,7 +16,7 @@ pub const MOST_CONTACTS: usize = 128;
 /// Contacts per word of a set.
 const WORD: usize = u64::BITS as usize;
 
-/// Largest number of contacts that are usually closed at once. Up to this number smaller arrays suffice.
+/// Number of closed contacts that is rarely exceeded. Up to this number, kernels use smaller arrays.
 pub const SEVERAL_CONTACTS: usize = 16;
 
 /// The set of closed contacts of a model, by their indices in [`super::Model::contacts`].
@@ -48,7 +48,7 @@ impl ActiveSet {
 
     /// Whether a contact is closed.
     pub fn holds(self, contact: usize) -> bool {
-        // One bit of a word, because a shift of all 128 takes several instructions.
+        // Test a bit of a 64-bit word: a shift of all 128 bits takes several instructions.
         let [first, further] = self.words();
         let word = if contact < WORD { first } else { further };
         word >> (contact % WORD) & 1 != 0
@@ -98,7 +98,7 @@ impl ActiveSet {
         }
     }
 
-    /// The word for the flanks in result files.
+    /// The name of the flanks' state in result files.
     pub fn name(self) -> &'static str {
         self.flanks().name()
     }
@@ -143,7 +143,7 @@ impl FlankState {
         [both || self == Self::Drive, both || self == Self::Coast]
     }
 
-    /// The word in result files.
+    /// Its name in result files.
     pub fn name(self) -> &'static str {
         self.into()
     }
@@ -162,12 +162,13 @@ pub struct Contact {
     /// Half gap b \[m\]. [`Self::gap`] adds the error of loaded flanks. For a slip of a dry slider it is the stretch
     /// F/k of its spring.
     pub half_gap: f64,
-    /// Its mesh cycles in a base period, which repeat in turn.
+    /// Its mesh cycles in a base period. The sequence repeats.
     pub cycles: Vec<MeshCycle>,
-    /// Rule for opening. Without a damper, release by deflection and by force are equal; it is then
+    /// Rule for opening. Without a damper the rules by deflection and by force are equal, and this is
     /// [`Release::Deflection`].
     pub release: Release,
-    /// Depth from which the next layer of a film replaces it \[m\]; infinite for other contacts.
+    /// For a layer of a film, the depth \[m\] beyond which the next layer replaces it; infinite for other
+    /// contacts.
     pub band: f64,
 }
 
@@ -210,7 +211,8 @@ impl Contact {
     }
 
     /// Whether a deflection and its rate close the contact at a time \[s\] within its segment. Neither
-    /// release rule needs the history: a contact that opened under compression has a damper that would pull.
+    /// release rule needs the history of the motion: a compressed contact is open only if its spring and
+    /// damper together would pull.
     pub fn closes(&self, segment: &Segment, time: f64, deflection: f64, rate: f64) -> bool {
         let pushes = || self.side * self.force(segment, time, deflection, rate) > 0.0;
         let gap = self.gap(segment, time);
@@ -219,8 +221,8 @@ impl Contact {
             && self.side * deflection - gap[0] < self.band
     }
 
-    /// Whether a deflection and its rate have reached its surface, for its gap and the gap's rate. On the surface the
-    /// rates decide.
+    /// Whether a deflection is beyond the surface of the contact, for its gap and the rate of the gap.
+    /// Exactly on the surface the rates decide.
     pub fn is_reached(&self, deflection: f64, rate: f64, [gap, opening]: [f64; 2]) -> bool {
         let (reach, approach) = (self.side * deflection, self.side * rate);
         reach > gap || (reach == gap && approach > opening)

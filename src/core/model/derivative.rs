@@ -1,13 +1,12 @@
 //! How does a model change with a parameter?
 //!
-//! All numbers of a model are differentiated, segment by segment, at fixed mesh phase, as
-//! differences of whole models, however they were built. The effect of these numbers on a
-//! trajectory is then computed without differences ([`crate::analysis::sensitivity`]).
+//! Every number of a model is differentiated at fixed mesh phase, by a difference quotient of whole models.
+//! This works for any origin of the numbers. The effect of their derivatives on a trajectory is then computed
+//! without differences ([`crate::analysis::sensitivity`]).
 
 use super::{Model, Segment};
 
-/// Why models at neighbouring values of a parameter cannot be compared number by
-/// number.
+/// Models at neighbouring values of a parameter differ in more than their numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the {what} of the model change with it")]
 pub struct ShapeChange {
@@ -16,9 +15,9 @@ pub struct ShapeChange {
 }
 
 impl Model {
-    /// A weighted sum of the numbers of models, `Σ weight · model`, with the shape of the first: a
-    /// derivative if the weights are those of a difference quotient. Frequencies of harmonics
-    /// stay unchanged: at fixed mesh phase they do not matter.
+    /// The weighted sum of the numbers of models, `Σ weight · model`, in the shape of the first model. It is
+    /// a derivative if the weights are those of a difference quotient. Frequencies of harmonics are those of
+    /// the first model, because they have no effect at fixed mesh phase.
     ///
     /// # Errors
     /// [`ShapeChange`] if they do not have the same segments, directions, contacts and harmonics.
@@ -36,7 +35,7 @@ impl Model {
         Ok(sum)
     }
 
-    /// The derivative with respect to a parameter without effect: all numbers are zero.
+    /// The derivative with respect to a parameter that has no effect: all numbers are zero.
     pub fn unchanged(&self) -> Self {
         let mut zero_derivative = self.clone();
         zero_derivative.each_number(&mut |number| *number = 0.0);
@@ -164,7 +163,7 @@ impl Segment {
     pub fn change_at(&self, by: &Self, phase: f64) -> [f64; 2] {
         let x = self.place(phase);
         let length = self.end - self.start;
-        // The segment's ends move, and with them the position of the phase.
+        // The ends of the segment move. The position x of a fixed phase therefore moves too.
         let moved = -(by.start + by.end + x * (by.end - by.start)) / length;
         let slope = |series: &[f64; super::STIFFNESS_TERMS]| {
             crate::numerics::legendre::evaluate(&crate::numerics::legendre::derivative(series), x)
@@ -223,7 +222,7 @@ mod tests {
 
     #[test]
     fn segments_change_at_fixed_phase() {
-        // For a linear dependence on the parameter a difference is the derivative.
+        // All numbers are linear in the parameter, so that their difference is the derivative.
         let (zero, one) = (segment(0.0), segment(1.0));
         let mut by = one;
         (by.start, by.end) = (one.start - zero.start, one.end - zero.end);

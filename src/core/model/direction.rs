@@ -5,8 +5,8 @@ use super::basis::Basis;
 use super::{Block, Division, MeshGain, TransmissionErrorHarmonic};
 use crate::structure::FlankParticipation;
 
-/// Gains between a contact and the blocks while its line of action and the direction of its friction
-/// are constant.
+/// Gains between a contact and all blocks while its line of action and the direction of its friction are
+/// constant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Direction {
     /// One entry per block.
@@ -14,8 +14,8 @@ pub struct Direction {
     /// Line of its deflection, as an index into [`super::Model::lines`].
     pub line: usize,
     /// Friction power per contact force and per relative rotational speed of the gears of the first mesh,
-    /// `μ_f Σ p |s|` \[m\]: p shares of pairs in the load, s their positions on the path of contact. Negative
-    /// if a new pair takes load from one that slides faster.
+    /// `μ_f Σ p |s|` \[m\], with the load shares p of the pairs of teeth and their positions s on the path of
+    /// contact. It is negative if a new pair takes load from a pair that slides faster.
     pub rubbing: f64,
     /// Static force on each bearing per unit of the contact force, from the omitted modes; empty if
     /// there are none.
@@ -23,8 +23,8 @@ pub struct Direction {
 }
 
 impl Direction {
-    /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: bounds of the effect of a unit force on the rate
-    /// of the deflection and on its acceleration \[1/kg\].
+    /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: upper bounds of the effect of a unit force on the first and
+    /// on the second derivative of the deflection \[1/kg\].
     pub fn effect_bounds(&self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             (self.gains.iter())
@@ -38,7 +38,7 @@ impl Direction {
     }
 
     /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: the effect of a unit force along the other
-    /// direction on the rate and on the acceleration of the deflection along this one \[1/kg\].
+    /// direction on the first and on the second derivative of the deflection along this one \[1/kg\].
     pub fn effect_of(&self, other: &Self) -> [f64; 2] {
         let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
             let pairs = self.gains.iter().zip(&other.gains);
@@ -52,15 +52,14 @@ impl Direction {
     }
 }
 
-/// The line of a deflection: `δ = Σ w·x − e(t)` with the w of every direction
-/// of this line.
+/// A line along which a deflection is measured, `δ = Σ w·x − e(t)`. All directions of a line have the same w.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Harmonics of the imposed transmission error e.
     pub transmission_error: Vec<TransmissionErrorHarmonic>,
-    /// Immediate effect of an input of each block on the quantity that the line shows. It is empty for
-    /// deflections, which inputs change only through the state. It is not empty if the line shows the force
-    /// of a constraint, such as a rigid stop on which the structure rests ([`super::Stop`]).
+    /// Immediate effect of an input of each block on the quantity of the line. It is empty if this quantity
+    /// is a deflection, which inputs change only through the state. It is not empty if the quantity is the
+    /// force of a constraint, such as a rigid stop on which the structure rests ([`super::Stop`]).
     pub direct: Vec<[f64; 2]>,
 }
 
@@ -86,9 +85,9 @@ pub(super) struct Directions {
 }
 
 impl Directions {
-    /// The directions of a flank's divisions, `w = mesh + z_c tilt` and `g = w + μ (Λ₀ friction + Λ₁ lever)`
-    /// of every block: one index per division. `left_out` has the static forces on each bearing per unit
-    /// force of the flank ([`crate::structure::OmittedModeForces`]).
+    /// The indices of the directions of a flank's divisions, with `w = mesh + z_c tilt` and
+    /// `g = w + μ (Λ₀ friction + Λ₁ lever)` for every block. `left_out` has the static forces on each bearing
+    /// per unit force of the flank ([`crate::structure::OmittedModeForces`]).
     pub fn of_flank(
         &mut self,
         flank: &FlankParticipation,
@@ -127,8 +126,8 @@ impl Directions {
             .collect()
     }
 
-    /// The direction with these gains, this lever arm of friction \[m\], this transmission error and these static
-    /// forces on bearings; it is added if it is new.
+    /// The index of the direction with these gains, this [`Direction::rubbing`] \[m\], this transmission
+    /// error and these static forces on bearings. The direction is added if it is new.
     pub fn add(
         &mut self,
         gains: Vec<MeshGain>,

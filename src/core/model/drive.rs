@@ -19,7 +19,7 @@ const OUT_OF_REACH: f64 = 1.0;
 /// A distance from mid-face \[m\] below this is zero.
 const MID_FACE: f64 = 1e-12;
 
-/// Divisions per period of the highest harmonic of a stiffness.
+/// Number of divisions per period of the highest harmonic of a stiffness.
 const PIECES_A_HARMONIC: u32 = 15;
 
 /// Divisions by flank (drive, coast), mesh cycle and spring.
@@ -32,8 +32,8 @@ pub struct Drive {
     pub half_gap: f64,
     /// The divisions of the mesh cycle on the drive flank, in order; the last ends at 1.
     pub mesh: Vec<Division>,
-    /// Further springs of the drive flank, each with the divisions of its cycle: the stiffness that further pairs
-    /// of teeth add across larger gaps. They have no dampers.
+    /// Further springs of the drive flank, each with the divisions of its cycle. Each is the stiffness that a
+    /// further pair of teeth adds across a larger gap. They have no dampers.
     pub further: Vec<Vec<Division>>,
     /// Contact damping c \[N s/m\].
     pub damping: f64,
@@ -50,16 +50,16 @@ pub struct Drive {
     pub transmission_error: Vec<MeshHarmonic>,
     /// Torque ripple, `T(t) = Σ amplitude cos(order Ω_shaft t + phase)`.
     pub torque_ripple: Vec<TorqueRipple>,
-    /// Divisions of all springs of the drive flank and of the coast flank, the first and further ones, in every mesh cycle
-    /// of a revolution, if single teeth differ; otherwise empty. The cycles repeat.
+    /// If single teeth differ, the divisions of all springs of both flanks in each mesh cycle until the same
+    /// teeth meet again; otherwise empty. The sequence of cycles repeats.
     pub tooth_cycles: ToothCycles,
     /// Imposed uneven rotation.
     pub imposed_motion: Vec<ImposedMotion>,
 }
 
 impl Drive {
-    /// A mesh of constant stiffness \[N/m\] with flanks half a gap \[m\] from its middle: no damping, no
-    /// friction, no errors.
+    /// A mesh of constant stiffness \[N/m\] with a half gap \[m\] on both sides, without damping, friction
+    /// and errors.
     pub fn constant(half_gap: f64, stiffness: f64) -> Self {
         Self {
             half_gap,
@@ -100,15 +100,15 @@ pub struct Division {
     pub error: FlankError,
     /// Load centroid z_c: position of the mesh force along the face \[m\].
     pub load_centre: f64,
-    /// Friction direction Λ: weights of the structure's participation in a friction force at the pitch
-    /// point \[1\], and of that by the position along the path of contact \[m\], both multiplied by μ and
-    /// the mesh force.
+    /// Friction direction Λ₀ \[1\] and lever Λ₁ \[m\]: factors of the participation in a friction force at
+    /// the pitch point, and of its derivative with respect to the position along the path of contact. The
+    /// friction force is μ times the mesh force.
     pub friction: [f64; 2],
 }
 
 impl Division {
-    /// A division without contact: its gap is far beyond any deflection. The stiffness \[N/m\]
-    /// never acts.
+    /// A division without contact: its gap is larger than any deflection, so that the stiffness \[N/m\] has
+    /// no effect.
     pub fn absent(end: f64, stiffness: f64) -> Self {
         let mut gap = [0.0; STIFFNESS_TERMS];
         gap[0] = OUT_OF_REACH;
@@ -139,25 +139,24 @@ impl Division {
         }
     }
 
-    /// Its load centroid \[m\]. A position within a picometre of mid-face is set to it: the difference is round-off,
-    /// and would create a separate line for every division.
+    /// Its load centroid \[m\]. A position within a picometre of mid-face becomes mid-face: the difference is
+    /// round-off, and would create a separate line for every division.
     pub(super) fn centre(&self) -> f64 {
         if self.load_centre.abs() < MID_FACE { 0.0 } else { self.load_centre }
     }
 
     /// The divisions of the coast flank, from those of the drive flank.
     ///
-    /// Flanks of a tooth are mirror images of each other. If the pinion's tooth is on the
-    /// line of centres, at the mesh phase `symmetry` \[cycles\], the coast flanks touch at the
-    /// mirror images of the drive flanks' positions. From there on they have the stiffness that the drive
-    /// flanks had at the same time before: `k_coast(symmetry + φ) = k_drive(symmetry − φ)`, and the same error.
-    /// A load off mid-face is at the other end of the face, since a misalignment that
-    /// brings the drive flanks closer there separates the coast flanks. Pairs are on the other side of
-    /// the pitch point, where they slide in the opposite direction: Λ₀ changes its sign.
+    /// Flanks of a tooth are mirror images of each other. The pinion's tooth is on the line of centres at the
+    /// mesh phase `symmetry` \[cycles\]. The coast flanks then touch at the mirror images of the drive
+    /// flanks' positions. Therefore `k_coast(symmetry + φ) = k_drive(symmetry − φ)`, and the same holds for
+    /// the error. A load centroid changes its sign, because a misalignment that brings the drive flanks
+    /// closer at one end of the face separates the coast flanks there. The pairs are on the other side of the
+    /// pitch point, where they slide in the opposite direction, so that Λ₀ changes its sign.
     pub fn mirrored(drive: &[Self], symmetry: f64) -> Vec<Self> {
         let starts = std::iter::once(0.0).chain(drive.iter().map(|division| division.end));
-        // A division [a, b] of the drive flank is [2 symmetry − b, 2 symmetry − a] of the coast's. Rounding may swap
-        // ends that are the same breakpoint.
+        // A division [a, b] of the drive flank becomes [2 symmetry − b, 2 symmetry − a] on the coast flank.
+        // Divisions whose ends coincide are skipped, because rounding could swap these ends.
         let mut pieces: Vec<(f64, f64, &Self)> = (starts.zip(drive))
             .filter(|(start, division)| division.end - start > SAME_PHASE)
             .map(|(start, division)| {
@@ -171,7 +170,7 @@ impl Division {
         if let Some(&(start, length, division)) = pieces.last() {
             let place = 2.0 * (1.0 - start) / length - 1.0;
             let over = pieces[0].0 > SAME_PHASE;
-            // Cut the piece that extends beyond the end of the cycle.
+            // The last piece extends beyond the end of the cycle: cut it there.
             if over {
                 out.push(division.mirror_image([place, 1.0], pieces[0].0));
             }
@@ -184,7 +183,8 @@ impl Division {
         out
     }
 
-    /// Part `from ≤ x ≤ to` of this division's mirror image on \[−1, 1\], as a division that ends at the phase `end`.
+    /// The part `from ≤ x ≤ to` of this division's mirror image, x ∈ \[−1, 1\], as a division that ends at
+    /// the phase `end`.
     fn mirror_image(&self, [from, to]: [f64; 2], end: f64) -> Self {
         Self {
             end,
@@ -195,9 +195,9 @@ impl Division {
         }
     }
 
-    /// Divisions of equal length for a stiffness given as a Fourier series, a mean \[N/m\] and its harmonics.
-    /// On each division the stiffness is the polynomial through its values at the Gauss nodes. The number of
-    /// divisions makes the error 1e-12 of the amplitudes.
+    /// Divisions of equal length for a stiffness that is given by its mean \[N/m\] and its harmonics. On each
+    /// division the stiffness is the polynomial through the values at the Gauss nodes. The number of
+    /// divisions is chosen for an error of 1e-12 of the amplitudes.
     pub fn fourier(mean: f64, harmonics: &[StiffnessHarmonic]) -> Vec<Self> {
         let highest = harmonics.iter().map(|h| h.harmonic).max().unwrap_or(0);
         let count = (PIECES_A_HARMONIC * highest).max(1);
@@ -328,7 +328,7 @@ mod tests {
         assert!(refused(&[]) && refused(&[f64::NAN, 1.0]));
     }
 
-    /// A division whose mirror image starts at the start of the cycle, up to rounding, is not cut there.
+    /// A division whose mirror image starts at the start of the cycle, up to rounding, is not cut.
     #[test]
     fn rounding_cuts_no_mirror_image() {
         let drive = [(0.3, 4e8), (0.7, 3e8), (1.0, 2e8)].map(|(end, k)| Division::level(end, k));

@@ -1,4 +1,5 @@
-//! What is the static equilibrium? The contacts that carry the mean load, and the deflection of the structure.
+//! What is the static equilibrium under the mean load? Which contacts carry it, and how is the structure
+//! deflected?
 
 use super::error::ModelError;
 use super::rest::{
@@ -9,8 +10,8 @@ use crate::numerics::linalg::{self, add_scaled, dot};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-/// Stiffness of a rigid stop in a static equilibrium, relative to the structure. The start of a motion corrects
-/// the deflection of the stop.
+/// Stiffness of a rigid stop in the search for a static equilibrium, relative to the structure. At the start
+/// of a motion the state is moved onto the stop, which removes the deflection of the stop.
 const RIGID: f64 = 1e8;
 
 /// A contact in a static state, in the rotated modes.
@@ -19,7 +20,7 @@ struct RotatedStaticContact {
     side: f64,
     /// Participation w of its deflection.
     deflection: Vec<f64>,
-    /// Negative modal force of a unit of its force, g.
+    /// Modal force of a unit of its force with the sign reversed, g.
     force: Vec<f64>,
     /// Stiffness k \[N/m\].
     stiffness: f64,
@@ -35,7 +36,7 @@ impl RotatedStaticContact {
         let contact = &model.contacts[place];
         let segment = &contact.cycle(0).segments[0];
         if contact.release.of_slider() || !model.is_spring(place) {
-            // A slider starts without a force: no motion closes it here.
+            // Dry sliders, dry friction and rests start without a force: here no motion closes them.
             let nothing = vec![0.0; model.modes()];
             return Self {
                 side: 1.0,
@@ -63,16 +64,18 @@ impl RotatedStaticContact {
         }
     }
 
-    /// Whether modal displacements stretch it beyond round-off of the deflection at which it closes.
+    /// Whether modal displacements stretch the contact by more than round-off.
     fn is_stretched(&self, modes: &[f64]) -> bool {
         let stretch = self.side * (dot(&self.deflection, modes) - self.shut);
         stretch > ROUND_OFF * (self.shut.abs() + dot_of_moduli(&self.deflection, modes))
     }
 
-    /// The contact as an input of the search ([`super::rest`]). `at_load` are displacements of the elastic
-    /// modes under the load, `push` is the effect of its force on the modes, and `compliance` is its
-    /// displacement by the forces of all contacts. `rigid_motions` are the rigid motions that deflect
-    /// contacts.
+    /// The contact as an input of the search ([`super::rest`]).
+    ///
+    /// * `at_load`: displacements of the elastic modes under the load.
+    /// * `push`: effect of a unit of the contact's force on the modes.
+    /// * `compliance`: displacement of the contact by a unit force of every contact \[m/N\].
+    /// * `rigid_motions`: indices of the rigid motions that deflect contacts.
     fn static_contact(
         &self,
         at_load: &[f64],
@@ -90,7 +93,7 @@ impl RotatedStaticContact {
         }
     }
 
-    /// Participations of the contact in rigid motions, along its side and without round-off.
+    /// Participations of the contact in rigid motions, times its side and without round-off.
     fn rigid_part(&self, values: &[f64], rigid_motions: &[usize]) -> Vec<f64> {
         let noise = ROUND_OFF * values.iter().fold(0.0_f64, |most, w| w.abs().max(most));
         (rigid_motions.iter())
@@ -132,14 +135,14 @@ impl Model {
             .unwrap_or_else(|error| panic!("a model changed since it was made: {error}"))
     }
 
-    /// Static equilibrium under the mean torques with all contacts at the start of their cycles. One of the
-    /// flanks carries the load if this closes no other contact. Otherwise, and without flanks, all contacts that it
-    /// closes share the load.
+    /// Static equilibrium under the mean torques with all contacts at the start of their cycles. If the two
+    /// flanks are the only contacts, one of them carries the load. Otherwise all contacts that the load
+    /// closes share it.
     ///
     /// # Errors
     /// [`ModelError::NoEquilibrium`].
     pub(super) fn static_equilibrium(&self) -> Result<Equilibrium, ModelError> {
-        // Oil carries no static load, and nothing leans on flanks that do not exist.
+        // Oil carries no static load, and neither do flanks that do not exist.
         let is_solid = |contact: &usize| {
             let is_flank = [DRIVE_FLANK, COAST_FLANK].contains(contact);
             !self.is_of_film(*contact) && (!is_flank || self.has_flanks())
@@ -177,9 +180,9 @@ impl Model {
         Ok(Equilibrium { bearing, ..shared })
     }
 
-    /// Static equilibrium with the load shared by the contacts that it closes ([`super::rest`]), starting from modal
-    /// displacements. A rigid motion without restraint drifts under its load until it closes a contact; if it
-    /// closes none, it stays where it is.
+    /// Static equilibrium in which all contacts that the load closes share it ([`super::rest`]). The search
+    /// starts from modal displacements. A rigid motion without restraint drifts under its load until it
+    /// closes a contact. If it can close none, it keeps its displacement.
     fn shared_equilibrium(
         &self,
         all: &[RotatedStaticContact],
@@ -236,7 +239,7 @@ impl Model {
         })
     }
 
-    /// The state of given modal displacements without forces, as a start of the search.
+    /// The start of the search: given modal displacements, and no contact forces.
     fn sought_from(
         &self,
         all: &[RotatedStaticContact],
@@ -253,9 +256,9 @@ impl Model {
         }
     }
 
-    /// Static equilibrium with at most one contact closed, and the force that it would have
-    /// to carry along its direction \[N\]. If there is a rigid relative rotation, its balance determines the force;
-    /// otherwise stiffness and gap do.
+    /// Static equilibrium with no closed contact except possibly this one. Also the force that the contact
+    /// would have to carry along its direction \[N\]. If there is a rigid relative rotation, its balance
+    /// determines the force. Otherwise the stiffness and the gap determine it.
     fn equilibrium_on(&self, contact: usize) -> (Vec<f64>, f64) {
         let n = self.blocks.len();
         let contact = &self.contacts[contact];
@@ -295,14 +298,14 @@ impl Model {
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
         let state = self.basis.state_of_turned(&modes);
-        // If this flank is not reached, the sign of the free deflection selects the flank.
+        // If this flank is not reached, return the free deflection, whose sign selects the flank.
         (
             state,
             if rigid.is_none() && force == 0.0 { free } else { required_force },
         )
     }
 
-    /// Displacements of the rotated modes under a constant force; those of rigid ones stay zero.
+    /// Displacements of the rotated elastic modes under a constant force. Those of the rigid modes are zero.
     fn elastic_response(&self, force: &[f64]) -> Vec<f64> {
         let n = force.len();
         let mut out = vec![0.0; n];
@@ -345,7 +348,7 @@ impl From<NoStaticState> for ModelError {
     }
 }
 
-/// Velocities of the rigid motions without relative motion of the touching contacts.
+/// Velocities of the rigid motions at which the touching contacts move with their surfaces.
 fn rates(all: &[RotatedStaticContact], contacts: &Contacts, rest: &StaticState) -> Vec<f64> {
     let stretches = contacts.stretches(&rest.forces, &rest.place);
     let touches = |i: &usize| stretches[*i] >= -contacts.noise(*i, &rest.forces, &rest.place);
@@ -373,8 +376,8 @@ mod tests {
     use crate::model::{Drive, InitialState, OUT_OF_REACH, OperatingPoint, fixtures};
     use crate::structure::{Coupling, ModalStructure, StructureContact};
 
-    /// The contacts closed at the start. Checks that nothing accelerates, nothing moves, and no contact
-    /// pulls.
+    /// The contacts that are closed at the start. Checks that all accelerations and velocities are zero, and
+    /// that no contact pulls.
     fn closed(structure: &ModalStructure, load: f64) -> Vec<usize> {
         let point = OperatingPoint { load, speed: 100.0 };
         let drive = fixtures::constant_mesh(10e-6, 4e8);
@@ -430,7 +433,7 @@ mod tests {
         }
     }
 
-    /// A stop overlapped by less than a thousandth of the others' deflection carries load too.
+    /// A stop that is compressed by less than a thousandth of the deflection of the others carries load too.
     #[test]
     fn a_contact_hardly_in_the_way_bears() {
         let mut structure = elastic();
@@ -494,8 +497,8 @@ mod tests {
         assert_eq!(closed(&structure, 1.0), [2]);
     }
 
-    /// Friction rotates the whole drive. This rotation deflects no contact beyond round-off, so it does not
-    /// drift into one.
+    /// Friction rotates the whole drive. This rotation deflects no contact beyond round-off. It must
+    /// therefore not drift until it closes one.
     #[test]
     fn what_no_contact_feels_stays() {
         let mut structure = ModalStructure {
@@ -528,7 +531,7 @@ mod tests {
         }
     }
 
-    /// A free mass without flanks stays where it is: its displacement is shown, but no flank is there to lean on.
+    /// A free mass without flanks stays where it is, because no flank can carry a load.
     #[test]
     fn a_free_mass_without_flanks_stays() {
         let structure = ModalStructure {
@@ -552,7 +555,7 @@ mod tests {
         assert_eq!(start.contact, ActiveSet::FREE);
     }
 
-    /// Two rotations, the second restrained only by a further mesh that a drag presses together.
+    /// Two rotations. Only a further mesh, which a drag closes, restrains the second one.
     #[test]
     fn a_rotation_that_nothing_else_holds_drifts_into_its_contact() {
         let mut structure = ModalStructure {

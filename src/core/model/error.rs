@@ -5,7 +5,7 @@ use crate::numerics::decoupling::DecouplingError;
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {
-    /// Modes are coupled in a way that cannot be decoupled.
+    /// The coupled modes cannot be decoupled.
     #[error("{0}")]
     Coupling(#[from] DecouplingError),
     /// A torque ripple or an imposed motion on a shaft whose participation is unknown.
@@ -16,7 +16,7 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
-    /// A motion imposed on a shaft of a drive that does not rotate freely.
+    /// A motion is imposed on a shaft, but the drive cannot rotate freely.
     #[error(
         "a motion is imposed on the {shaft} shaft, but no rotation of the drive leaves all contacts alone; free the drive \
          from what holds it, or remove excitation.imposed_motion"
@@ -25,7 +25,8 @@ pub enum ModelError {
         /// `pinion` or `wheel`.
         shaft: &'static str,
     },
-    /// Springs of a flank behind a residual flexibility that are not on one line, or whose order of contact changes.
+    /// Several springs of a flank would share a residual flexibility, but they are not on one line, or their
+    /// order of contact changes.
     #[error(
         "springs of pairs of teeth on slices of the face cannot share the residual flexibility of the \
          omitted modes ({flexibility:.2e} m/N), because each slice has a different line of action; set \
@@ -35,7 +36,8 @@ pub enum ModelError {
         /// Residual flexibility \[m/N\].
         flexibility: f64,
     },
-    /// A contact that should copy a flank of the first mesh, which has properties that only the first mesh can have.
+    /// A contact should copy the law of a flank of the first mesh. This law has several springs, or errors of
+    /// single gears, which only the first mesh can have.
     #[error(
         "`{contact}` cannot have the law of the first mesh: errors of loaded flanks, pairs as springs, a load off \
          mid-face and errors of single gears are only possible in the first mesh; give the stiffness of the mesh \
@@ -45,7 +47,8 @@ pub enum ModelError {
         /// Its name.
         contact: String,
     },
-    /// Contacts that face each other on one line overlap: flanks that are thicker than the backlash, or stops.
+    /// Two contacts that face each other on one line overlap: flanks that are thicker than the backlash, or
+    /// stops.
     #[error(
         "contacts that face each other (the flanks of a tooth, or stops) overlap by up to {lack:.3e} m, so \
          both would touch at once; remove more material from the flanks, or raise mesh.half_gap or the gap \
@@ -55,19 +58,19 @@ pub enum ModelError {
         /// Size of the overlap \[m\]; \[rad\] for stops against rotation.
         lack: f64,
     },
-    /// Dry friction beside rigid stops.
+    /// The structure has both dry friction and rigid stops.
     #[error(
         "dry friction and rigid stops exclude each other: give the stops a stiffness in place of a restitution, or \
          replace the dry friction by a slider"
     )]
     FrictionWithStops,
-    /// Elements of dry friction whose lines depend on each other.
+    /// The lines of elements of dry friction are linearly dependent.
     #[error(
         "the motion along element {element} of dry friction (counted from 1) follows from the motions along those \
          before it: combine elements along one line, and give at most one element per mode"
     )]
     FrictionsAlike {
-        /// Number of the element, from 1.
+        /// Number of the first element that depends on those before it, from 1.
         element: usize,
     },
     /// No static equilibrium under the mean load.
@@ -83,10 +86,10 @@ pub enum ModelError {
     NoEquilibrium {
         /// The contacts that pull or overlap, from 0.
         contacts: Vec<usize>,
-        /// Largest size of a pull or an overlap \[m\].
+        /// Largest pull or overlap \[m\].
         excess: f64,
         /// Fraction of the friction and of the unsymmetric springs at which there is no equilibrium. The search raises
-        /// it from 0 to 1.
+        /// this fraction from 0 to 1.
         friction: f64,
         /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
         untried: Option<[usize; 2]>,
@@ -103,7 +106,7 @@ pub enum ModelError {
     },
 }
 
-/// Remark that not all combinations of contacts were tried.
+/// The note that not all combinations of closed contacts were tried; empty if they were.
 fn of_untried(contacts: Option<[usize; 2]>) -> String {
     contacts.map_or_else(String::new, |[count, most]| {
         format!(
@@ -119,7 +122,7 @@ fn numbered(contacts: &[usize]) -> String {
     numbers.join(", ")
 }
 
-/// Checks that a value of a drive is finite and within its range.
+/// Checks that a value is finite, and that `ok` is true: the value is within its range.
 pub(super) fn check_in_range(
     name: &'static str,
     value: f64,

@@ -20,7 +20,7 @@ pub struct TransmissionErrorHarmonic {
 }
 
 impl TransmissionErrorHarmonic {
-    /// The harmonic of a drive whose mesh has this period \[s\].
+    /// The harmonic at a mesh period \[s\].
     pub(super) fn of_mesh(harmonic: &MeshHarmonic, period: f64) -> Self {
         let turns_per_cycle = harmonic.turns_per_cycle();
         Self {
@@ -37,8 +37,8 @@ impl TransmissionErrorHarmonic {
     }
 }
 
-/// ω t \[rad\] for an angular frequency \[rad/s\], with its turns per mesh cycle, at a time \[s\] within
-/// a mesh cycle. Whole turns are dropped before the product can lose digits.
+/// ω t \[rad\] at a time \[s\] within a mesh cycle, for an angular frequency \[rad/s\] and its turns per mesh
+/// cycle. Whole turns of the previous mesh cycles are dropped, so that the angle stays small.
 pub fn turned(angular_frequency: f64, turns_per_cycle: f64, cycle: u64, time: f64) -> f64 {
     TAU * (cycle as f64 * turns_per_cycle).fract() + angular_frequency * time
 }
@@ -60,7 +60,7 @@ pub struct Ripple {
 }
 
 impl Ripple {
-    /// The ripple of a torque on one of the shafts; `period` is that of the mesh \[s\].
+    /// The ripple of a torque on one of the shafts, at a mesh period \[s\].
     pub(super) fn of_torque(
         structure: &ModalStructure,
         torque: &TorqueRipple,
@@ -104,7 +104,7 @@ impl Ripple {
 
     /// Phase \[rad\] at a time \[s\] within a mesh cycle.
     pub fn phase_at(&self, cycle: u64, time: f64) -> f64 {
-        // Whole turns are dropped before the product can lose digits.
+        // Drop the whole turns of the previous mesh cycles, so that the angle stays small.
         let turns = (cycle as f64 * self.turns_per_cycle).fract();
         self.phase + TAU * turns + self.angular_frequency * time
     }
@@ -141,7 +141,7 @@ mod tests {
     use crate::model::{Model, ModelError, fixtures};
     use crate::structure::HarmonicLoad;
 
-    /// A load without rotation is not a harmonic: its phase would be lost.
+    /// A load with zero turns per mesh cycle is constant, not a harmonic.
     #[test]
     fn a_harmonic_load_turns_forwards() {
         let mut structure = fixtures::structure(&[0.0, 900.0], 0.01, &[1.0, 0.5], &[1.0, 0.5]);

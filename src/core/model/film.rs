@@ -1,4 +1,4 @@
-//! Which force does oil exert between approaching flanks, and which layers replace its law?
+//! Which force does an oil film exert between approaching flanks, and which layers approximate its law?
 //!
 //! A full film between two cylinders in line contact is squeezed out with the force
 //!
@@ -6,12 +6,13 @@
 //! F = C h^(−3/2) (−h'),     C = 3√2 π η L R^(3/2),     1/R = 1/ρ₁ + 1/ρ₂
 //! ```
 //!
-//! at its thickness h: an iso-viscous oil of viscosity η, length of contact L, radii ρ, no side leakage, no entraining
-//! motion. The film is full on both sides of the line of contact; models with half a film (Rahnejat & Gohar 1985) have
-//! half the force. A film between receding flanks cavitates, and does not pull. The flanks touch at the smallest
-//! thickness of the film. Layers replace the law: in each of them the damping is the mean of `C h^(−3/2)` over the
-//! thickness, so the speed lost through a layer, `∫ c dh / m`, is exact if no other force acts. Each layer is a contact
-//! without a spring that acts from its gap to that of the next layer. Closed flanks have no film.
+//! at its thickness h: an iso-viscous oil of viscosity η, length of contact L, radii ρ, no side leakage, no
+//! entraining motion. The film is full on both sides of the line of contact; models with half a film
+//! (Rahnejat & Gohar 1985) have half the force. A film between receding flanks cavitates, and does not pull.
+//! The flanks touch at the smallest thickness of the film. Layers of constant damping approximate the law.
+//! The damping of a layer is the mean of `C h^(−3/2)` over its thickness. The loss of speed in a layer,
+//! `∫ c dh / m`, is therefore exact if no other force acts. Each layer is a contact without a spring, which
+//! acts from its gap to the gap of the next layer. Closed flanks have no film.
 //!
 //! The force is the integral of Reynolds' equation over the parabola `h + x²/2R`.
 
@@ -27,7 +28,7 @@ const MOST_LAYERS: usize = 20;
 pub struct Film {
     /// C \[N s √m\]: the damping is `C h^(−3/2)`.
     pub coefficient: f64,
-    /// Thickness at which it begins to act, and at which the flanks touch \[m\].
+    /// Thickness at which the film begins to act, and thickness at which the flanks touch \[m\].
     pub thickness: [f64; 2],
     /// Number of its layers.
     pub layers: usize,
@@ -36,7 +37,7 @@ pub struct Film {
 /// A layer of a film.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FilmLayer {
-    /// Distance of the flanks at its start and at the start of the next one \[m\].
+    /// Distance of the flanks at its start and at its end \[m\]. The next layer starts at the end.
     pub distance: [f64; 2],
     /// Damping coefficient \[N s/m\].
     pub damping: f64,
@@ -54,8 +55,8 @@ impl Film {
         self.coefficient * thickness.powf(-1.5)
     }
 
-    /// Its layers between flanks half a gap \[m\] from the middle, the outermost first: their thicknesses are a
-    /// geometric sequence. No layer begins beyond the middle.
+    /// Its layers for a half gap \[m\], the outermost first. Their borders are a geometric sequence of
+    /// thicknesses. No layer begins beyond the middle of the gap.
     pub fn layers(&self, half_gap: f64) -> Vec<FilmLayer> {
         let [widest, least] = self.thickness;
         let widest = widest.min(least + half_gap);

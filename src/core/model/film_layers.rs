@@ -1,4 +1,4 @@
-//! Which contacts of a model are layers of a film, and which of them alternate?
+//! Which contacts of a model are layers of a film, and which of them exclude each other?
 
 use super::contact::{ActiveSet, COAST_FLANK};
 use super::{Model, Release};
@@ -9,7 +9,8 @@ impl Model {
         self.contacts[contact].release == Release::Film
     }
 
-    /// The flank whose film a contact belongs to: for a layer and for the flank itself; `None` without a film.
+    /// The flank to whose film a contact belongs. The contact may be a layer or the flank itself. `None` for
+    /// other contacts, and without a film.
     fn film_of(&self, contact: usize) -> Option<usize> {
         let first = self.flank_springs - 2 * self.film_layers;
         match contact {
@@ -31,7 +32,8 @@ impl Model {
         (all.filter(|other| *other != contact)).fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 
-    /// The layer that ends where a contact begins: the layer before it, or the last one for the flank.
+    /// The layer that ends where a contact begins: for a layer the layer before it, for a flank the last
+    /// layer.
     pub fn layer_before(&self, contact: usize) -> Option<usize> {
         let first = self.flank_springs - 2 * self.film_layers;
         match contact {
@@ -49,7 +51,7 @@ impl Model {
                 .is_some_and(|own| self.film_of(other) == Some(own))
     }
 
-    /// Whether a contact is a layer that the film has passed: a thinner layer or the flank is closed.
+    /// Whether a contact is a passed layer: a later layer of its film, or the flank, is closed.
     pub fn is_passed(&self, contact: usize, active: ActiveSet) -> bool {
         let behind = |other: usize| {
             self.are_in_same_film(contact, other) && (other > contact || other <= COAST_FLANK)
@@ -72,7 +74,7 @@ mod tests {
         }
     }
 
-    /// The layers of one flank and the flank alternate; a passed layer is thicker than the film.
+    /// At most one layer of a flank, or the flank, is closed. A layer is passed if a later one is closed.
     #[test]
     fn layers_of_a_flank_take_turns() {
         let drive = Drive {

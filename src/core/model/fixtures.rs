@@ -1,11 +1,11 @@
-//! Structures and meshes for tests, built by hand: the unit tests use them from here, and those of the
-//! whole program (`tests/common`) compile the same file. It names its types through `super`:
-//! the model here, and the re-exports of the program there.
+//! Structures and meshes for tests. The unit tests use them from here. The tests of the whole program
+//! (`tests/common`) compile the same file. It therefore names its types through `super`, which is the model
+//! here, and the re-exports of the program there.
 
 use super::{Division, Drive, MeshHarmonic, ModalStructure, OperatingPoint};
 
-/// A structure with the given frequencies, damping ratio of the elastic modes, mesh and
-/// torque participations, and nothing else.
+/// A structure with the given frequencies \[rad/s\], damping ratio of the elastic modes, mesh and torque
+/// participations.
 pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
     ModalStructure {
         teeth: 20,
@@ -15,18 +15,18 @@ pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) ->
     }
 }
 
-/// One undamped mode `q'' + ω² q = load − F` that is the deflection itself, under 1 N at full
-/// load, of a pinion with one tooth.
+/// One undamped mode `q'' + ω² q = load − F`, whose displacement q is the mesh deflection. The mesh force at
+/// full load is 1 N, and the pinion has one tooth.
 pub fn one_mode(frequency: f64) -> ModalStructure {
     ModalStructure::of_modes(&[frequency], 0.0, &[1.0], &[1.0])
 }
 
-/// A mesh of constant stiffness between its flanks, without anything else.
+/// A mesh of constant stiffness \[N/m\] with a half gap \[m\], without damping, friction and excitation.
 pub fn constant_mesh(half_gap: f64, stiffness: f64) -> Drive {
     Drive::constant(half_gap, stiffness)
 }
 
-/// The mesh of the default pair: two levels, one harmonic.
+/// The mesh of the default pair: two levels of stiffness, one harmonic of transmission error.
 pub fn two_level_mesh(half_gap: f64) -> Drive {
     Drive {
         mesh: Division::levels(&[4.444e8, 3.333e8], &[0.6]),

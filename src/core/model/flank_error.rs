@@ -3,9 +3,9 @@
 use super::{STIFFNESS_TERMS, stiffness};
 use crate::numerics::legendre;
 
-/// Error e of the loaded flanks \[m\] over a segment: relief, misalignment and deviations as they
-/// act under the mean load. A Legendre series in x ∈ \[−1, 1\], from the segment's start to its
-/// end. It is missing material and adds to the half gap on either side.
+/// Error e of the loaded flanks \[m\] over a segment: relief, misalignment and deviations under the mean
+/// load, as a Legendre series in x ∈ \[−1, 1\] from the start to the end of the segment. A positive error is
+/// missing material, and adds to the half gap on either side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlankError {
     series: [f64; STIFFNESS_TERMS],
@@ -32,14 +32,14 @@ impl FlankError {
         &mut self.series
     }
 
-    /// The error reversed from the segment's end to its start.
+    /// The mirror image of the error over the segment: its value at −x.
     pub fn reversed(&self) -> Self {
         Self {
             series: stiffness::reversed(&self.series),
         }
     }
 
-    /// The error between two positions of the segment.
+    /// The part of the error between two positions x of the segment, as a series over this part.
     pub fn part(&self, from: f64, to: f64) -> Self {
         if self.is_none() {
             *self

@@ -1,5 +1,5 @@
-//! Parallel springs behind one flexibility: the pairs of teeth of a flank, and the deflection of the omitted modes
-//! under their total force.
+//! Parallel springs in series with one flexibility. The springs are the pairs of teeth of a flank. The
+//! flexibility is that of the omitted modes under the total force of the springs.
 //!
 //! The force of springs that come into contact one after the other is `F(x) = Σ k_l max(0, x − g_l)` of their approach
 //! x. In series with a flexibility c the total approach is `X = x + c F(x)`. F over X is again piecewise linear, with
@@ -18,15 +18,16 @@ use super::{Division, FlankError, STIFFNESS_TERMS, Stiffness};
 use crate::numerics::legendre::transforms8;
 use crate::structure::FlankParticipation;
 
-/// Gaps that are out of order by less than this \[m\] count as in order. The polynomials through the gaps
-/// cause such differences.
+/// Gaps that are out of order by less than this \[m\] count as in order. Interpolation of the gaps by
+/// polynomials causes such differences.
 const IN_ORDER: f64 = 1e-11;
 
-/// The springs of a flank, the first and further ones in their order of contact, behind a
-/// flexibility \[m/N\]: polynomials through the exact values at the nodes of every division.
+/// The springs of a flank, in their order of contact, in series with a common flexibility \[m/N\]. Their
+/// stiffness and gap are polynomials through the exact values at the nodes of every division.
 ///
 /// # Errors
-/// [`ModelError::SpringsApart`] if springs on several lines, divisions or orders would have to share it.
+/// [`ModelError::SpringsApart`] if the springs differ in their lines or divisions, or if their order of
+/// contact changes.
 fn in_series_with_flexibility(
     springs: &[&[Division]],
     flexibility: f64,
@@ -62,7 +63,7 @@ fn in_series_with_flexibility(
     Ok(out)
 }
 
-/// The springs of a flank, its first and further ones, behind its residual flexibility \[m/N\].
+/// The first and the further springs of a flank, in series with the residual flexibility of the flank.
 ///
 /// # Errors
 /// As [`in_series_with_flexibility`].
@@ -82,14 +83,15 @@ fn on_one_line(one: &Division, other: &Division) -> bool {
     one.end == other.end && one.load_centre == other.load_centre
 }
 
-/// The springs in one division, behind a flexibility \[m/N\]. `None` if their order of contact differs from
-/// the order of `springs`.
+/// The springs in one division, in series with a common flexibility \[m/N\]. `None` if their order of contact
+/// differs from the order of `springs`.
 fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
     let mut stiffness = vec![[0.0; STIFFNESS_TERMS]; springs.len()];
     let mut gap = stiffness.clone();
     let mut friction = vec![[0.0; 2]; springs.len()];
     for (node, &x) in transforms8().nodes().iter().enumerate() {
-        // For the springs up to this one: Σ k, Σ k g, and their stiffness behind the flexibility.
+        // Of the springs up to this one: Σ k, Σ k g, and their total stiffness in series with the
+        // flexibility.
         let (mut sum, mut moment, mut before) = (0.0, 0.0, 0.0);
         let mut last = f64::NEG_INFINITY;
         for (l, spring) in springs.iter().enumerate() {
@@ -106,7 +108,7 @@ fn joined(springs: &[&Division], flexibility: f64) -> Option<Vec<Division>> {
             before = behind;
         }
     }
-    // Friction uses mean stiffnesses.
+    // The friction of a division uses the mean stiffnesses.
     let (mut sum, mut before) = (0.0, [0.0; 2]);
     let (mut turned, mut behind) = ([0.0; 2], 0.0);
     for (l, spring) in springs.iter().enumerate() {
@@ -165,7 +167,7 @@ mod tests {
         })
     }
 
-    /// Compare with F = Σ k max(0, X − c F − g), solved by bisection.
+    /// Compares with F = Σ k max(0, X − c F − g), solved by bisection.
     #[test]
     fn springs_share_one_flexibility() {
         let springs = springs();
@@ -192,7 +194,7 @@ mod tests {
                     (force - high).abs() < 1e-7 * high.max(1.0),
                     "{x} {seen}: {force} {high}"
                 );
-                // Force if each spring were softened separately.
+                // The force is wrong if each spring is in series with a separate flexibility.
                 let separate: Vec<Division> = springs
                     .iter()
                     .map(|spring| Division {
@@ -207,7 +209,7 @@ mod tests {
         }
     }
 
-    /// Friction of constant springs is that of their forces behind the flexibility.
+    /// For constant springs, the friction is that of the exact forces in series with the flexibility.
     #[test]
     fn friction_follows_the_forces() {
         let springs = springs().map(|own| Division {

@@ -1,15 +1,16 @@
 //! What are the elements of dry friction of a model?
 //!
-//! The speed of sliding is v = δ' − u. A slip exerts the constant force F sgn v. While v is 0, the constraint δ'' = 0
-//! exerts λ ([`super::Stop`] has its formula). The line of the stick shows λ. While the element slips, that line shows
-//! `δ''/ρ`.
+//! The speed of sliding is v = δ' − u. A slip exerts the constant force F sgn v. While v is 0, the constraint
+//! δ'' = 0 exerts the force λ ([`super::Stop`] has its formula). The quantity of the stick's line is λ. While
+//! the element slips, this quantity is `δ''/ρ`.
 
 use super::error::{ModelError, check_in_range};
 use super::stop::{Constraint, pushed};
 use super::{Contact, Direction};
 use crate::structure::{FrictionPart, ModalStructure};
 
-/// Smallest squared part of a motion along a line that counts as independent of the motions along other lines.
+/// A motion along a line is independent of the motions along other lines if the square of its independent
+/// part, relative to the whole, exceeds this.
 const SAME_LINE: f64 = 1e-10;
 
 /// An element of dry friction of a model.
@@ -29,7 +30,8 @@ pub struct DryFriction {
     pub belt_speed: f64,
 }
 
-/// Checks that no element is forced to stick by others, by elimination in the matrix `ρ_ij = r_i·g_j`.
+/// Checks that the motion along no element follows from the motions along others, by elimination in the
+/// matrix `ρ_ij = r_i·g_j`.
 fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), ModelError> {
     let gains = |friction: &DryFriction| &directions[friction.direction].gains[..];
     let mut rows: Vec<Vec<f64>> = (all.iter())
@@ -58,7 +60,7 @@ fn are_independent(all: &[DryFriction], directions: &[Direction]) -> Result<(), 
 }
 
 impl DryFriction {
-    /// The elements of a structure, whose contacts follow `before` others.
+    /// The elements of a structure. `before` is the number of contacts before those of the structure.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] if the static force is below that of sliding, the speed is not finite, or the force
@@ -122,7 +124,7 @@ impl DryFriction {
         self.forwards + 2
     }
 
-    /// The slip in the direction of the sign of `way`.
+    /// Index of the forward slip if `way` ≥ 0, otherwise of the backward slip.
     pub fn slip_towards(self, way: f64) -> usize {
         self.slips()[usize::from(way < 0.0)]
     }

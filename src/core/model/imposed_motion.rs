@@ -9,7 +9,8 @@ use super::excitation::shaft_of;
 use super::{ImposedMotion, TorqueRipple};
 use crate::structure::ModalStructure;
 
-/// A participation in the rigid motions below this part of all its entries is round-off.
+/// The part of a participation in the rigid motions is round-off below this fraction of the norm of the
+/// participation.
 const NOISE: f64 = 1e-9;
 
 impl ImposedMotion {
@@ -35,7 +36,7 @@ impl ImposedMotion {
 }
 
 /// Inertia \[kg m²\] that a torque with this participation accelerates in the rigid motions that deflect no contact.
-/// `None` without such motions.
+/// `None` if the torque accelerates no such motion.
 fn inertia(structure: &ModalStructure, torque: &[f64]) -> Option<f64> {
     let rigid = |column: &[f64]| -> Vec<f64> {
         let modes = column.iter().zip(&structure.frequency);
@@ -76,7 +77,7 @@ mod tests {
     use super::*;
     use crate::model::fixtures;
 
-    /// Two inertias behind gears, whose neutral rotation combines two modes.
+    /// Two inertias on gears. Their neutral rotation is a combination of two modes.
     #[test]
     fn the_inertia_is_that_of_the_whole_drive() {
         // Pinion 2 kg m² at r = 0.1 m, wheel 3 kg m² at r = 0.2 m: modes are the single rotations.

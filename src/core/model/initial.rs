@@ -33,9 +33,9 @@ pub struct TrajectoryState {
 }
 
 impl TrajectoryState {
-    /// The state `state` at the start of mesh cycle `cycle`; the closed contacts follow
-    /// from the deflections. Dry sliders move if their springs are stretched beyond their limits, and a
-    /// state beyond a rigid stop is moved onto it.
+    /// A state at the start of a mesh cycle. The deflections determine the closed contacts. Dry sliders move
+    /// if their springs are stretched beyond their limits. A state beyond a rigid stop is moved onto the
+    /// stop.
     pub fn new(model: &Model, mut state: Vec<f64>, cycle: u64) -> Self {
         let segments = model.segments_at(cycle, 0.0);
         model.clamp_sliders(&segments, cycle, &mut state);
@@ -49,7 +49,7 @@ impl TrajectoryState {
 }
 
 impl Model {
-    /// The trajectory with this start, at mesh cycle 0. Dry sliders start without a force.
+    /// The state of a trajectory at the start of mesh cycle 0. Dry sliders start without a force.
     ///
     /// # Panics
     /// If the static equilibrium is requested, and a model changed after [`Model::new`] has none.
@@ -67,13 +67,13 @@ impl Model {
         TrajectoryState::new(self, state, 0)
     }
 
-    /// The mean load on the rotated modes.
+    /// The mean modal forces on the rotated modes \[N/√kg\].
     pub fn load_on_modes(&self) -> Vec<f64> {
         let inputs: Vec<_> = self.blocks.iter().map(|block| block.static_input).collect();
         self.basis.force(&inputs)
     }
 
-    /// Participations w and g of a direction in deflection and force, of the rotated modes.
+    /// The participations w in the deflection and g in the force of a direction, one entry per rotated mode.
     pub fn participations(&self, direction: usize) -> [Vec<f64>; 2] {
         let gains = &self.directions[direction].gains;
         let rows: Vec<_> = gains.iter().map(|gain| gain.deflection).collect();

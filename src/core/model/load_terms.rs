@@ -3,7 +3,7 @@
 use super::Model;
 use crate::structure::ModalStructure;
 
-/// A quantity that a constant input is proportional to.
+/// A quantity to which a constant input of the blocks is proportional.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LoadTerm {
     /// The load, as a fraction of the rated one.
@@ -23,13 +23,13 @@ pub enum LoadTerm {
 /// Number of load terms.
 pub const LOAD_TERMS: usize = 6;
 
-/// The inputs of a model by load term, without the mean rotation: blocks that do not deflect the mesh have
-/// none.
+/// The inputs of a model by load term. Neutral blocks have none. Torques on shafts exclude their effect on
+/// the rotation of the whole drive, which is part of the mean rotation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadTerms {
-    /// Inputs of the blocks per unit of each [`LoadTerm`], in their order.
+    /// Inputs of the blocks per unit of each [`LoadTerm`], in the order of its variants.
     pub inputs: [Vec<[f64; 2]>; LOAD_TERMS],
-    /// Static force of omitted modes on every bearing, per unit of each load term \[N\].
+    /// Static force of the omitted modes on every bearing \[N\], per unit of each load term.
     pub on_bearings: Vec<[f64; LOAD_TERMS]>,
     /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, with the
     /// drive as a rigid body without dampers \[1/(kg m²)\]. An entry is `None` if the position of its torque is unknown.
@@ -48,7 +48,7 @@ impl Model {
             let scaled: Vec<f64> = basis.turn(values).iter().map(|v| scale * v).collect();
             basis.input(&scaled)
         };
-        // The mean rotation takes up what turns the whole drive.
+        // The part of a torque that accelerates the whole drive changes the mean rotation. It is no input.
         let torques = [&structure.pinion_torque, &structure.wheel_torque].map(|values| {
             let mut turned = basis.turn(values.as_deref()?);
             let whole = self
@@ -98,8 +98,8 @@ impl Model {
         }
     }
 
-    /// The rotated rigid modes that neither contacts nor springs restrain: rotations of the whole drive, which dampers may
-    /// slow down.
+    /// Indices of the rotated rigid modes that neither contacts nor springs restrain: rotations of the whole
+    /// drive, which dampers may slow down.
     pub fn free_rotations(&self) -> impl Iterator<Item = usize> {
         let n = self.blocks.len();
         let is_held = move |&i: &usize| {
@@ -116,8 +116,8 @@ mod tests {
     use super::*;
     use crate::model::{OperatingPoint, fixtures};
 
-    /// Two rigid rotations without shafts between: the inputs of load and speed sum to the model's input, and the
-    /// pinion's shaft accelerates the whole inertia.
+    /// Two rigid rotations that only the mesh couples. The inputs by load and speed sum to the model's input,
+    /// and a torque on the pinion's shaft accelerates the whole inertia.
     #[test]
     fn inputs_add_up_to_those_of_the_point() {
         let (a, b) = (0.8, 0.6);

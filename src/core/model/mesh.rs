@@ -3,11 +3,11 @@
 use super::{Division, FlankError, Stiffness};
 use crate::numerics::legendre;
 
-/// A breakpoint within this distance of a boundary of equal parts, in lengths of a part, is on this boundary:
-/// the difference is rounding.
+/// A breakpoint is on a boundary of equal parts if its distance, in lengths of a part, is below this. The
+/// distance is then a rounding error.
 const ON_BOUNDARY: f64 = 1e-9;
 
-/// A stretch of the mesh cycle with one formula of stiffness and one direction of the mesh force.
+/// An interval of the mesh cycle with one polynomial for the stiffness and one direction of the mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Segment {
     /// Mesh phase at its start, in cycles.
@@ -41,7 +41,7 @@ impl Segment {
 }
 
 impl Segment {
-    /// Error of loaded flanks at a mesh phase within the segment \[m\], and its derivative by
+    /// Error of loaded flanks at a mesh phase within the segment \[m\], and its derivative with respect to
     /// the phase \[m\].
     pub fn error_at(&self, phase: f64) -> [f64; 2] {
         if self.error.is_none() {
@@ -62,7 +62,8 @@ impl Segment {
     }
 }
 
-/// One mesh cycle; equal neighbouring segments are merged.
+/// One mesh cycle. Neighbouring segments with the same direction and constant stiffness, without errors, are
+/// merged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshCycle {
     /// Mesh period T \[s\].
@@ -72,8 +73,8 @@ pub struct MeshCycle {
 }
 
 impl MeshCycle {
-    /// The cycle of divisions with one contact damping c \[N s/m\]; `directions` has the
-    /// direction of each.
+    /// The cycle of `divisions` with a contact damping c \[N s/m\]. `directions` has the direction of each
+    /// division.
     pub fn new(period: f64, divisions: &[Division], directions: &[usize], damping: f64) -> Self {
         let mut segments: Vec<Segment> = Vec::new();
         for (division, &direction) in divisions.iter().zip(directions) {
@@ -100,7 +101,7 @@ impl MeshCycle {
         Self { period, segments }
     }
 
-    /// The segment at a time \[s\] within the cycle; at a border the later one.
+    /// The segment at a time \[s\] within the cycle. At a border it is the later segment.
     pub fn segment_at(&self, time: f64) -> &Segment {
         let phase = time / self.period;
         let later = |segment: &&Segment| phase < segment.end;
@@ -131,8 +132,8 @@ impl MeshCycle {
     }
 }
 
-/// The smallest number of equal parts of a cycle whose boundaries contain all `ends`, phases in cycles. `None`
-/// if it exceeds `most`.
+/// The smallest number of equal parts of a cycle such that all `ends` (phases in cycles) are boundaries of
+/// parts. `None` if the number exceeds `most`.
 pub fn equal_parts(ends: &[f64], most: usize) -> Option<usize> {
     (1..=most).find(|&parts| {
         ends.iter().all(|end| {
@@ -199,7 +200,7 @@ mod tests {
         assert_eq!(sloping.mean_stiffness(), 2.0);
     }
 
-    /// On a segment of any position and length: compares with differences of `stiffness_at` and `error_at`.
+    /// Compares with differences of `stiffness_at` and `error_at`, on a segment in the middle of the cycle.
     #[test]
     fn bends_are_differences_of_the_courses() {
         let mut divisions = Division::levels(&[4e8; 3], &[0.3, 0.7]);

@@ -1,5 +1,5 @@
-//! The piecewise-linear system: a linear structure with one-sided contacts. The only
-//! description of the dynamics; independent of its solution.
+//! The piecewise-linear system: a linear structure with one-sided contacts. This module is the only
+//! description of the dynamics, and does not depend on its solution.
 //!
 //! Mode `i` is a real 2 × 2 block `x' = A x − Σ g F + s + …`. Contact j has the deflection δ along
 //! its line, to which the block contributes `w·x`, and pushes along its direction g. With
@@ -11,11 +11,10 @@
 //! F  = k (δ − s b) + c (δ' − s b')   where it is closed;   F = 0 where it is open
 //! ```
 //!
-//! c, w and g are constant on each segment of the contact's mesh cycle; k and b are polynomials
-//! there (mostly constants). b is the backlash plus the error of loaded flanks. At a step of b
-//! the contact may open or close, and the damper ignores the step. Any number of
-//! contacts may be closed at once. Time is an integer number of mesh cycles and a time within the
-//! cycle, so long runs lose no digits.
+//! c, w and g are constant on each segment of the contact's mesh cycle. k and b are polynomials there, and
+//! usually constant. b is the half gap plus the error of loaded flanks. At a step of b the contact may open
+//! or close; the damper ignores the step. Any number of contacts may be closed at once. A time is an integer
+//! number of mesh cycles and a time within the cycle, so that long runs lose no digits.
 
 mod assembly;
 mod basis;

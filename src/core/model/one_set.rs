@@ -1,4 +1,4 @@
-//! One set of breakpoints for all contacts of a model.
+//! Gives all contacts of a model one common set of breakpoints.
 
 use super::{Contact, SAME_PHASE};
 use std::collections::BTreeSet;
@@ -26,10 +26,10 @@ impl Breakpoints {
     }
 }
 
-/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart.
-/// Breakpoints of the first contact stay, those of the next contacts move onto them. A segment whose ends
-/// coincide is removed. Otherwise breakpoints that differ by rounding would require windows as short as this
-/// difference.
+/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart. The
+/// breakpoints of the first contact stay, and those of the next contacts move onto them. A segment whose ends
+/// coincide is removed. Without this, breakpoints that differ by rounding would require windows as short as
+/// the difference.
 pub(super) fn merge(contacts: &mut [Contact]) {
     let ends = [0.0_f64, 1.0].map(f64::to_bits);
     let mut breakpoints = Breakpoints(BTreeSet::from(ends));
@@ -61,8 +61,7 @@ mod tests {
         }
     }
 
-    /// Ends up to 1e-11 apart move to those of the first contact, whatever lies between them; other ends
-    /// stay.
+    /// Ends within 1e-11 of an end of the first contact move there. Other ends stay.
     #[test]
     fn breakpoints_that_nearly_coincide_are_one() {
         let next = 0.3_f64.next_up();
@@ -83,7 +82,7 @@ mod tests {
         assert_eq!(ends[0], [0.3, 0.7, 1.0]);
         assert_eq!(ends[1], [0.3, 0.5, 0.7, 1.0]);
         assert_eq!(ends[2], [0.3 + 1.2e-11, 0.5, 1.0]);
-        // The segments that remain are unchanged: for the second contact the third, fourth and fifth level.
+        // The segments that remain are unchanged. The second contact loses its second and sixth level.
         let levels = contacts[1].cycles[0].segments.iter();
         let levels: Vec<f64> = levels.map(|own| own.stiffness.mean() - 1e8).collect();
         assert_eq!(levels, [0.0, 2.0, 3.0, 4.0]);

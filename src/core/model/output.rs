@@ -24,7 +24,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// The first word of its signal names.
+    /// The first words of the names of its signals.
     pub fn name(self) -> &'static str {
         match self {
             Self::BearingForce => "bearing",
@@ -68,7 +68,7 @@ pub struct NamedMesh {
 }
 
 impl NamedMesh {
-    /// The meshes of a structure; the flanks of the first one have `flank_springs` springs.
+    /// The meshes of a structure. `flank_springs` is the number of contacts of the first mesh's flanks.
     pub(super) fn of_structure(structure: &ModalStructure, flank_springs: usize) -> Vec<Self> {
         let of_mesh = |(number, name): (usize, String)| match number.checked_sub(1) {
             None => Self {

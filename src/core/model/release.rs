@@ -1,12 +1,12 @@
-//! By which law does a closed contact open?
+//! By which rule does a closed contact open?
 
 use serde::Serialize;
 use strum::EnumString;
 
 /// The rule for opening a closed contact.
 ///
-/// The damper of a contact pulls while the contact opens: `k (δ − s b) + c (δ' − s b')` changes its sign
-/// while the contact is still compressed.
+/// The force `k (δ − s b) + c (δ' − s b')` of an opening contact changes its sign while the contact is still
+/// compressed, because the damper pulls. The variants state where the contact opens.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, EnumString)]
 #[strum(serialize_all = "snake_case")]
 pub enum Release {
@@ -34,8 +34,8 @@ pub enum Release {
 }
 
 impl Release {
-    /// Whether closing is an impact of surfaces that approach at a speed \[m/s\]: a contact that closes
-    /// while it is still compressed meets no surface, nor does a slider.
+    /// Whether a closing at an approach speed \[m/s\] is an impact of surfaces. It is none if a compressed
+    /// contact closes again, or for sliders, films, rests and dry friction.
     pub fn is_struck(self, approach: f64) -> bool {
         match self {
             Self::Deflection | Self::Impact => true,
@@ -44,7 +44,7 @@ impl Release {
         }
     }
 
-    /// Whether it opens where its force vanishes, so that it never pulls.
+    /// Whether a contact with a spring or damper opens where its force vanishes, so that it never pulls.
     pub fn is_by_force(self) -> bool {
         matches!(self, Self::Force | Self::Film)
     }

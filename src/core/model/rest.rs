@@ -1,24 +1,25 @@
 //! Which contacts carry a constant load, and with what forces?
 //!
-//! Contact i is a spring k across a gap that pushes on its side only; everything else is linear. The elastic
-//! motions are eliminated. With the rigid motions y that deflect contacts and the stretches p of the contacts beyond
-//! the positions where they close,
+//! Contact i is a spring k across a gap. It pushes towards one side only. Everything else is linear. The
+//! elastic motions are eliminated. With the rigid motions y that deflect contacts, and the stretches p of the
+//! contacts beyond the positions where they close,
 //!
 //! ```text
 //! p = c + A y − B F,      F = k max(0, p),      Hᵀ (f − Gᵀ F) = 0
 //! ```
 //!
-//! with the contacts' participations A in y, those of their forces G, the flexibility B of the structure, and the rigid
-//! motions H that closed contacts restrain. The rest of the rigid load f is a drift: it must not lead into an open
-//! contact.
+//! with the participations A of the stretches in y, the participations G of the contact forces, the
+//! flexibility B of the structure, and the rigid motions H that closed contacts restrain. The other part of
+//! the rigid load f is a drift. It must not move an open contact towards closing.
 //!
 //! Without friction G = A and B = Bᵀ, and the solution is the minimum of the convex energy
-//! `½ λᵀ B λ − fᵀ y + Σ ½ k max(0, p)²`, `p = c + A y − B λ`. It is quadratic between the points where contacts close,
-//! so Newton steps with exact line searches end after a finite number of steps (J. Sun, On piecewise quadratic Newton
-//! and trust region problems, Math. Program. 76, 1997). Friction and unsymmetric springs are added in parts. On each
-//! part their contribution is a load, renewed until the closed contacts stay the same. If this fails because contacts
-//! lock, every combination of at most sixteen contacts is tried: if none is in balance, there is no equilibrium. With
-//! more contacts this remains open. Contacts that nothing stretches, such as those of dry sliders, stay open and do not
+//! `½ λᵀ B λ − fᵀ y + Σ ½ k max(0, p)²`, `p = c + A y − B λ`. It is quadratic between the points where
+//! contacts close, so Newton steps with exact line searches end after a finite number of steps (J. Sun, On
+//! piecewise quadratic Newton and trust region problems, Math. Program. 76, 1997). Friction and unsymmetric
+//! springs are then added in steps. In each step their contribution is a load, which is updated until the
+//! closed contacts stay the same. This fails if contacts lock. Then every combination of closed contacts is
+//! tried, for up to sixteen contacts. If none is in balance, there is no equilibrium. With more contacts the
+//! question remains open. Contacts that nothing stretches, such as those of dry sliders, stay open and do not
 //! count.
 
 use super::ActiveSet;
@@ -29,20 +30,21 @@ use faer::Mat;
 /// Round-off of a sum, relative to its terms.
 pub(super) const ROUND_OFF: f64 = 1e-12;
 
-/// Rigid motions coincide if the sine of their angle is below this. A drift below this part of the forces on rigid
-/// motions is zero. Participations come from eigenvectors.
+/// Rigid motions coincide if the sine of their angle is below this. A drift below this fraction of the forces
+/// on rigid motions is zero. Participations come from eigenvectors and have errors of this size.
 const SAME_MOTION: f64 = 1e-9;
 
-/// Number of Newton steps after which an energy has no minimum: sixteen contacts need some twenty.
+/// Largest number of Newton steps. If it is exceeded, the energy counts as without a minimum. Sixteen
+/// contacts need about twenty steps.
 const MOST_STEPS: usize = 300;
 
 /// Largest number of contacts for which every combination is tried.
 const MOST_TRIED: usize = 16;
 
-/// Number of renewals of the load by friction after which a part of it is too large.
+/// Largest number of updates of the load by friction within a step. If it is exceeded, the step is too large.
 const MOST_RENEWALS: usize = 20;
 
-/// Part of the friction that is added in the first step, and the smallest part of a step.
+/// Fraction of the friction that the first step adds, and the smallest fraction of a step.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
 /// `Σ |a b|`.
@@ -55,12 +57,13 @@ fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |most, value| value.abs().max(most))
 }
 
-/// Orthonormal rows that span the given ones, without those within [`SAME_MOTION`] of the span of earlier ones.
+/// Orthonormal rows that span the given ones. A row within [`SAME_MOTION`] of the span of earlier rows adds
+/// none.
 pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for row in rows {
         let mut rest = row.to_vec();
-        // Twice is enough for a basis that is orthogonal to round-off.
+        // Two passes make the basis orthogonal to round-off.
         for _ in 0..2 {
             for known in &basis {
                 let part = dot(&rest, known);
@@ -75,8 +78,9 @@ pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     basis
 }
 
-/// A contact in static equilibrium, with all quantities along its side. Lists over contacts have one entry each,
-/// lists over rigid motions one for each that deflects contacts.
+/// A contact in static equilibrium. All quantities are positive where the contact is compressed. A list over
+/// contacts has one entry per contact. A list over rigid motions has one entry per rigid motion that deflects
+/// contacts.
 #[derive(Debug, Clone)]
 pub(super) struct StaticContact {
     /// Stretch without forces at y = 0, c \[m\].
@@ -85,16 +89,16 @@ pub(super) struct StaticContact {
     pub size: f64,
     /// Stiffness k \[N/m\].
     pub stiffness: f64,
-    /// Participations of its stretch in the rigid motions, A.
+    /// Participations A of the rigid motions in its stretch.
     pub along: Vec<f64>,
-    /// Participations of its force, G.
+    /// Participations G of its force in the loads on the rigid motions.
     pub push: Vec<f64>,
-    /// Its displacement by a unit of each contact's force, B \[m/N\].
+    /// Reduction B of its stretch by a unit force of each contact \[m/N\].
     pub compliance: Vec<f64>,
 }
 
 impl StaticContact {
-    /// Whether a motion or the load can stretch it.
+    /// Whether a rigid motion, the load or another contact can stretch it.
     fn may_close(&self) -> bool {
         let moves = |gains: &[f64]| gains.iter().any(|gain| *gain != 0.0);
         self.offset > 0.0 || moves(&self.along) || moves(&self.compliance)
@@ -104,24 +108,24 @@ impl StaticContact {
 /// A static state.
 #[derive(Debug, Clone, Default)]
 pub(super) struct StaticState {
-    /// Forces of all contacts \[N\]; 0 of open ones.
+    /// Forces of all contacts \[N\]; 0 if open.
     pub forces: Vec<f64>,
     /// Rigid motions y \[m √kg\].
     pub place: Vec<f64>,
     /// The contacts assumed closed.
     pub closed: ActiveSet,
-    /// Rigid load that these do not carry \[N/√kg\].
+    /// Part of the rigid load that the closed contacts do not carry \[N/√kg\].
     pub drift: Vec<f64>,
 }
 
-/// Contacts without a static equilibrium.
+/// The search found no static equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct NoStaticState {
     /// Contacts that pull or overlap.
     pub contacts: Vec<usize>,
-    /// Largest size of a pull or an overlap \[m\].
+    /// Largest pull or overlap \[m\].
     pub excess: f64,
-    /// Part of the friction that was too large, 0 to 1.
+    /// Fraction of the friction, from 0 to 1, at which the search failed.
     pub friction: f64,
     /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
     pub untried: Option<[usize; 2]>,
@@ -136,7 +140,7 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    /// Stretch of each contact \[m\] under forces at a position.
+    /// Stretch of each contact \[m\] under contact forces, at a position of the rigid motions.
     pub fn stretches(&self, forces: &[f64], place: &[f64]) -> Vec<f64> {
         let stretch = |static_contact: &StaticContact| {
             static_contact.offset + dot(&static_contact.along, place)
@@ -153,7 +157,7 @@ impl Contacts {
         ROUND_OFF * (static_contact.size + moved)
     }
 
-    /// The contacts that a state stretches.
+    /// The contacts that are stretched beyond round-off.
     pub fn stretched(&self, forces: &[f64], place: &[f64]) -> ActiveSet {
         let stretches = self.stretches(forces, place);
         (0..stretches.len())
@@ -161,8 +165,8 @@ impl Contacts {
             .fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 
-    /// The state in which exactly these contacts are closed, with forces of any sign, nearest to a position. With the
-    /// rigid motion `H h` from there,
+    /// The state nearest to a position in which exactly these contacts are closed, with forces of any sign.
+    /// With the rigid motion `H h` from this position,
     ///
     /// ```text
     /// (B + 1/k) F − A H h = c + A y,      Hᵀ Gᵀ F = Hᵀ f
@@ -225,7 +229,7 @@ impl Contacts {
         }
     }
 
-    /// Contacts that pull although closed, or overlap although open, each with its size \[m\].
+    /// Closed contacts that pull and open contacts that overlap, each with the size of its fault \[m\].
     fn faults(&self, rest: &StaticState) -> Vec<(usize, f64)> {
         let stretches = self.stretches(&rest.forces, &rest.place);
         let excess = |contact: usize| {
@@ -237,7 +241,7 @@ impl Contacts {
         };
         (0..self.contacts_at_rest.len())
             .map(|contact| (contact, excess(contact)))
-            // Written so that a NaN is a fault.
+            // This form of the condition makes a NaN a fault.
             .filter(|&(contact, excess)| {
                 let noise = self.noise(contact, &rest.forces, &rest.place);
                 !(excess <= noise && noise.is_finite())
@@ -245,7 +249,7 @@ impl Contacts {
             .collect()
     }
 
-    /// Whether the drift leads into an open contact beyond round-off.
+    /// Whether the drift moves an open contact towards closing, beyond round-off.
     fn drifts_into_one(&self, rest: &StaticState) -> bool {
         self.contacts_at_rest
             .iter()
@@ -256,7 +260,8 @@ impl Contacts {
             })
     }
 
-    /// The state of least energy, starting from another one. The contacts have no friction. `None` if there is none.
+    /// The state of least energy of contacts without friction, by Newton steps from another state. `None` if
+    /// there is none.
     fn least_energy(&self, from: &StaticState) -> Option<StaticState> {
         let (mut forces, mut place) = (from.forces.clone(), from.place.clone());
         for _ in 0..MOST_STEPS {
@@ -279,8 +284,8 @@ impl Contacts {
         None
     }
 
-    /// Moves to the minimum of the energy along a direction in forces and positions: its slope is piecewise linear and
-    /// rises.
+    /// Moves forces and positions to the minimum of the energy along a direction. The slope of the energy is
+    /// piecewise linear and increasing.
     fn descend(&self, forces: &mut [f64], place: &mut [f64], way: [&[f64]; 2]) {
         let stretches = self.stretches(forces, place);
         let given: Vec<f64> = (self.contacts_at_rest.iter())
@@ -315,7 +320,7 @@ impl Contacts {
         add_scaled(place, step, way[1]);
     }
 
-    /// These contacts, which have no friction, with a part of the friction of `other`.
+    /// These contacts, which have no friction, with the fraction `part` of the friction of `other`.
     fn towards(&self, other: &Self, part: f64) -> Self {
         let mixed = |own: &[f64], other: &[f64]| -> Vec<f64> {
             let pairs = own.iter().zip(other);
@@ -336,7 +341,7 @@ impl Contacts {
         }
     }
 
-    /// These contacts, with the additional effect of the friction of `other` under given forces as a load.
+    /// These contacts, with the effect of the friction of `other` under given forces as an additional load.
     fn loaded_by(&self, other: &Self, forces: &[f64]) -> Self {
         let mut loaded = self.clone();
         for (own, other) in loaded
@@ -365,7 +370,8 @@ impl Contacts {
             .collect()
     }
 
-    /// Any static state, from combinations of closed contacts near a position.
+    /// The first static state among all combinations of closed contacts, near a position. `None` if there is
+    /// none, or too many contacts.
     fn any_at(&self, place: &[f64]) -> Option<StaticState> {
         let tried = self.closable();
         if tried.len() > MOST_TRIED {
@@ -382,8 +388,8 @@ impl Contacts {
             .find(|rest| self.faults(rest).is_empty() && !self.drifts_into_one(rest))
     }
 
-    /// The static state of contacts with friction near another one; `self` are the same without friction. If there is
-    /// none, the error has the faults of the last state found.
+    /// The static state of the contacts `frictional` near another state. `self` has the same contacts without
+    /// friction. If there is no such state, the error has the faults of the last state found.
     fn with_friction(
         &self,
         frictional: &Self,
@@ -407,8 +413,8 @@ impl Contacts {
     }
 }
 
-/// The static state of contacts with friction, starting from a state; `smooth` are the same without friction, and
-/// with a symmetric flexibility.
+/// The static state of the contacts `whole`, from a starting state. `smooth` has the same contacts without
+/// friction and with a symmetric flexibility.
 ///
 /// # Errors
 /// [`NoStaticState`] if friction is so large, or the flexibility so far from symmetric, that contacts lock.
@@ -461,7 +467,7 @@ pub(super) fn static_state(
 mod tests {
     use super::*;
 
-    /// One contact among twenty that nothing stretches: only that one is tried.
+    /// Nothing can stretch twenty of the contacts: only the last one is tried.
     #[test]
     fn contacts_that_nothing_stretches_are_not_tried() {
         let static_contact = |felt: f64| StaticContact {

@@ -1,21 +1,22 @@
 //! What are the dry sliders of a model?
 //!
-//! The position s of a slider is the first component of an additional block, whose second component stays 0. The line
-//! of the slider subtracts s from the deflection, so that its spring is a contact without a gap.
+//! The position s of a slider is the first component of an additional block, whose second component stays 0.
+//! The deflection along the line of the slider is δ − s, so that its spring is a contact without a gap.
 
 use crate::structure::{ModalStructure, SliderPart};
 
 /// A dry slider of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slider {
-    /// Block with its position.
+    /// Index of the block with its position.
     pub block: usize,
     /// Index of its forward slip among the contacts. The backward slip and the spring follow.
     pub forwards: usize,
 }
 
 impl Slider {
-    /// The sliders of a structure, whose contacts follow `before` others. Their blocks follow those of its modes.
+    /// The sliders of a structure. `before` is the number of contacts before those of the structure. The
+    /// blocks of the sliders follow those of the modes.
     pub(super) fn of_structure(structure: &ModalStructure, before: usize) -> Vec<Self> {
         let parts = structure.contacts.iter().zip(before..);
         let starts = parts.filter(|(contact, _)| contact.law.slider == Some(SliderPart::Forwards));

@@ -1,6 +1,7 @@
 //! What are the positions of dry sliders, and do they slip?
 //!
-//! While a slider slips, its block keeps the position at the start of the slip. [`Model::slid_to`] gives its end.
+//! While a slider slips, its block keeps the position at the start of the slip. [`Model::slid_to`] gives the
+//! position at the end of the slip.
 
 use super::{ActiveSet, Model, Release, Segment, Slider};
 
@@ -13,7 +14,7 @@ impl Model {
         self.blocks.len() - self.sliders.len()
     }
 
-    /// Whether flanks or other contacts that can separate are closed; states of dry sliders do not count.
+    /// Whether a contact that can separate is closed. States of dry sliders and of dry friction do not count.
     pub fn touches(&self, active: ActiveSet) -> bool {
         let parts = |contact: usize| {
             let release = self.contacts[contact].release;
@@ -22,8 +23,8 @@ impl Model {
         active.iter().any(parts)
     }
 
-    /// The closed contacts after a contact has opened or closed. At the start of a slip the spring of its slider opens.
-    /// At the start of a layer of a film, or of the flank behind it, the layer before opens.
+    /// The closed contacts after a contact has opened or closed. If a slip closes, its spring or its stick
+    /// opens, and vice versa. If a layer of a film or the flank closes, the other contacts of the film open.
     pub fn toggled(&self, active: ActiveSet, contact: usize) -> ActiveSet {
         let mut to = active.toggled(contact);
         if to.holds(contact) && self.film_layers > 0 {
@@ -49,7 +50,7 @@ impl Model {
         deflection - contact.side * contact.half_gap
     }
 
-    /// Moves every slipping slider to the end of its slip, at a time \[s\] within a mesh cycle.
+    /// Moves every slipping slider to its present position, at a time \[s\] within a mesh cycle.
     pub fn let_slide(
         &self,
         (active, segments): (ActiveSet, &[Segment]),
@@ -69,7 +70,7 @@ impl Model {
         }
     }
 
-    /// Moves every slider to the position without spring force, at the start of mesh cycle 0.
+    /// Moves every slider to the position at which its spring has no force, at the start of mesh cycle 0.
     pub(super) fn relax_sliders(&self, state: &mut [f64]) {
         let segments = self.segments_at(0, 0.0);
         for slider in &self.sliders {
@@ -78,7 +79,8 @@ impl Model {
         }
     }
 
-    /// Moves sliders whose springs are stretched beyond their limits by the excess, at the start of a mesh cycle.
+    /// Moves every slider whose spring is stretched beyond its limit to that limit, at the start of a mesh
+    /// cycle.
     pub(super) fn clamp_sliders(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         for slider in &self.sliders {
             let segment = &segments[slider.spring()];
@@ -132,7 +134,7 @@ mod tests {
     use crate::model::{Model, OperatingPoint, fixtures};
     use crate::structure::{ModalStructure, StructureContact};
 
-    /// A stretch below its limit by the round-off of two large displacements is at its limit.
+    /// A stretch counts as at its limit if the difference is round-off of two large displacements.
     #[test]
     fn round_off_of_large_displacements_hides_no_slip() {
         let mut structure = ModalStructure::of_modes(&[1.0; 2], 0.0, &[1.0, 0.0], &[1.0, 0.0]);

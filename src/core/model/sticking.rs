@@ -12,7 +12,8 @@ impl Model {
         self.frictions.iter().find(has_contact).copied()
     }
 
-    /// Speed v of sliding of a state, given by its first and second components \[m/s\], and its round-off.
+    /// Speed v of sliding in a state \[m/s\], and its round-off \[m/s\]. The state is given by its first and
+    /// second components.
     pub fn sliding_speed(&self, friction: DryFriction, [first, second]: [&[f64]; 2]) -> [f64; 2] {
         let gains = self.directions[friction.direction].gains.iter();
         let terms = gains.zip(first.iter().zip(second)).map(|(gain, (x, y))| {
@@ -26,8 +27,8 @@ impl Model {
         [speed, ROUND_OFF * size]
     }
 
-    /// Adds the states of all elements of dry friction to the closed contacts. An element without a speed of sliding
-    /// sticks, unless it would need more than the static force.
+    /// Adds the states of all elements of dry friction to the closed contacts. An element whose speed of
+    /// sliding is zero sticks, unless it would need more than the static force.
     pub(super) fn with_frictions(
         &self,
         segments: &[Segment],

@@ -38,14 +38,14 @@ impl Stiffness {
         &mut self.series
     }
 
-    /// The stiffness reversed from the segment's end to its start.
+    /// The mirror image of the stiffness over the segment: its value at −x.
     pub fn reversed(&self) -> Self {
         Self {
             series: reversed(&self.series),
         }
     }
 
-    /// The stiffness between two positions of the segment; a constant one is unchanged.
+    /// The part of the stiffness between two positions x of the segment, as a series over this part.
     pub fn part(&self, from: f64, to: f64) -> Self {
         if self.is_constant() {
             *self
@@ -139,7 +139,7 @@ pub(super) fn reversed(series: &[f64; STIFFNESS_TERMS]) -> [f64; STIFFNESS_TERMS
     std::array::from_fn(|n| if n % 2 == 0 { series[n] } else { -series[n] })
 }
 
-/// The series between two positions.
+/// The series on the part between two positions, rescaled to \[−1, 1\].
 pub(super) fn part(series: &[f64; STIFFNESS_TERMS], from: f64, to: f64) -> [f64; STIFFNESS_TERMS] {
     if [from, to] == [-1.0, 1.0] {
         *series

@@ -7,9 +7,9 @@
 //! λ = (r·(A x + s) − Σ r·g_j F_j − e'') / ρ
 //! ```
 //!
-//! Here s are the inputs and F_j the forces of other contacts. λ is a sum over the state as a deflection is, with a
-//! direct contribution of the inputs ([`super::Line::direct`]). The contact of the rest has a separate line that shows
-//! λ, and exerts 1 N per unit.
+//! Here s are the inputs and F_j the forces of other contacts. Like a deflection, λ is a weighted sum over
+//! the state, but with a direct contribution of the inputs ([`super::Line::direct`]). The contact of the rest
+//! has a separate line, whose quantity is λ. Its stiffness is 1, so that its force is λ.
 
 use super::direction::Directions;
 use super::error::{ModelError, check_in_range};
@@ -29,11 +29,11 @@ pub struct Stop {
     pub push: f64,
 }
 
-/// A constraint that holds a structure along a line while a contact is closed: a rest on a rigid stop, or sticking dry
-/// friction.
+/// A constraint that holds the structure along a line while its contact is closed: a rest on a rigid stop, or
+/// sticking dry friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Constraint {
-    /// The contact, whose line shows the force λ.
+    /// Index of the contact. The quantity of its line is the force λ.
     pub contact: usize,
     /// Direction of the force along the line of δ, as an index among the model's directions.
     pub direction: usize,
@@ -41,23 +41,23 @@ pub struct Constraint {
     pub push: f64,
 }
 
-/// Deviation of a cosine from −1 at which the lines of two stops count as opposite.
+/// Largest deviation from −1 of the cosine between two opposite lines.
 const OPPOSITE: f64 = 1e-12;
 
-/// Product of a pair of gains with a pair of components.
+/// Scalar product of a pair of gains and a pair of components.
 pub(super) fn product(row: [f64; 2], [x, y]: [f64; 2]) -> f64 {
     row[0] * x + row[1] * y
 }
 
-/// `Σ r·g` of two directions: change of the second derivative of the deflection along the first by a unit force along
-/// the second \[1/kg\].
+/// `Σ r·g` of two directions \[1/kg\]: the reduction of δ'' along the first direction by a unit force along
+/// the second.
 pub(super) fn pushed(motion: &[MeshGain], force: &[MeshGain]) -> f64 {
     let pairs = motion.iter().zip(force);
     pairs.map(|(a, b)| product(a.rate, b.mesh_input)).sum()
 }
 
 impl Stop {
-    /// The stops of a structure, whose contacts follow `before` others.
+    /// The stops of a structure. `before` is the number of contacts before those of the structure.
     ///
     /// # Errors
     /// [`ModelError::OutOfRange`] if the force of a stop does not push its contact open, or if the gaps of opposite
@@ -94,7 +94,7 @@ impl Stop {
         Ok(all)
     }
 
-    /// Checks that there is room outside two stops, if these act against each other along one line.
+    /// Checks that there is clearance between two stops, if they face each other along one line.
     fn leaves_room(
         self,
         other: Self,
@@ -132,8 +132,8 @@ impl Stop {
 }
 
 impl Directions {
-    /// Adds the direction of a stop that holds the structure. Its force acts as that of `gains`, and its line shows
-    /// this force.
+    /// Adds the direction of a constraint and returns its index. The force of the constraint acts as a force
+    /// along `gains`. The quantity of the direction's line is this force.
     pub fn add_stop_direction(
         &mut self,
         (gains, blocks): (&[MeshGain], &[Block]),

@@ -44,13 +44,15 @@ impl Model {
         )
     }
 
-    /// Whether a contact has a spring that stores energy.
+    /// Whether the force of a closed contact is that of a spring, a damper or a dry slider. It is not for dry
+    /// friction and for the rest on a rigid stop.
     pub fn is_spring(&self, contact: usize) -> bool {
         let release = self.contacts[contact].release;
         !(release.of_friction() || release == Release::Rest)
     }
 
-    /// Index of the direction along which a contact moves on a segment. For a constraint it is that of its force.
+    /// Index of the direction of a contact's deflection δ on a segment. For a constraint this is the
+    /// direction of its force, because the quantity of its line is no deflection.
     pub fn motion_direction_index(&self, contact: usize, segment: &Segment) -> usize {
         let constraint = self
             .constraints()
@@ -64,14 +66,14 @@ impl Model {
         stops.chain(self.frictions.iter().map(|friction| friction.constraint()))
     }
 
-    /// Direct contribution of inputs of the blocks to the quantity that a line shows.
+    /// Direct contribution of inputs of the blocks to the quantity of a line.
     pub fn direct_increase(&self, line: usize, input: &[[f64; 2]]) -> f64 {
         let direct = self.lines[line].direct.iter().zip(input);
         direct.map(|(row, input)| product(*row, *input)).sum()
     }
 
-    /// Direct reduction of the quantity that a line shows by a unit force along a direction; 0 for the line's own
-    /// force.
+    /// Direct reduction of the quantity of a line by a unit force along a direction; 0 for the force of the
+    /// line itself.
     pub fn direct_reduction(&self, line: usize, direction: usize) -> f64 {
         let force = &self.directions[direction];
         if force.line == line {
@@ -83,7 +85,7 @@ impl Model {
             .sum()
     }
 
-    /// Direct contribution of constant inputs and ripples to the quantity that a line shows, at a time \[s\] within a
+    /// Direct contribution of constant inputs and ripples to the quantity of a line, at a time \[s\] within a
     /// mesh cycle.
     pub(super) fn direct_loads(&self, line: usize, cycle: u64, time: f64) -> f64 {
         let rows = &self.lines[line].direct;
@@ -115,15 +117,16 @@ impl Model {
         })
     }
 
-    /// Subtracts a multiple of g from a state or a tangent: an impulse along a direction \[N s\]. The rate δ' falls by
-    /// ρ times the impulse.
+    /// Applies an impulse along a direction \[N s\]: subtracts this multiple of g from a state or a tangent.
+    /// The rate δ' falls by ρ times the impulse.
     pub fn push_along(&self, direction: usize, impulse: f64, parts: [&mut [f64]; 2]) {
         let along = self.directions[direction].gains.iter();
         subtract_column(along.map(|gain| gain.mesh_input), impulse, parts);
     }
 
-    /// Subtracts a multiple of `A g`, where A includes the dampers of closed contacts. δ falls by ρ times the amount.
-    /// The effect is that of two opposite impulses in quick succession.
+    /// Subtracts a multiple of `A g` from a state or a tangent. A includes the dampers of the closed
+    /// contacts. δ falls by ρ times the amount. The effect equals that of two opposite impulses in quick
+    /// succession.
     pub fn shift_along(
         &self,
         direction: usize,
@@ -151,9 +154,9 @@ impl Model {
         self.constraints().filter(is_active).collect()
     }
 
-    /// The closed rests that hold while another stop is hit, each with its impulse per unit impulse of that stop. Also
-    /// the change of the rate at that stop by a unit impulse \[1/kg\]. A rest that would have to pull opens, and dry
-    /// friction has no impulse.
+    /// The closed rests that stay closed while the structure hits another stop, each with its impulse per
+    /// unit impulse of that stop. Also the change of the rate at that stop by a unit impulse \[1/kg\]. A rest
+    /// that would have to pull opens. Dry friction has no impulse.
     pub fn impulses_at_rests(
         &self,
         stop: Stop,
@@ -180,7 +183,8 @@ impl Model {
         }
     }
 
-    /// Changes the rates of a state or a tangent at constraints to the rates `levels` \[m/s\].
+    /// Changes the rates of a state or a tangent along constraints to `levels` \[m/s\], by impulses of the
+    /// constraints.
     pub fn set_rates(
         &self,
         constraints: &[Constraint],
@@ -200,8 +204,8 @@ impl Model {
         }
     }
 
-    /// Moves a state or a tangent to the `levels` of constraints and to their rates \[m, m/s\]. Dry friction constrains
-    /// no position.
+    /// Moves a state or a tangent to the positions and rates `levels` of constraints \[m, m/s\]. Dry friction
+    /// constrains no position.
     pub fn move_to_levels(
         &self,
         constraints: &[Constraint],
@@ -233,8 +237,8 @@ impl Model {
         self.set_rates(constraints, &rates, [first, second]);
     }
 
-    /// Positions and rates of constraining surfaces along their lines \[m, m/s\], at a time \[s\] within a mesh cycle.
-    /// Dry friction has a rate only.
+    /// Positions and rates of the surfaces of constraints along their lines \[m, m/s\], at a time \[s\]
+    /// within a mesh cycle. Dry friction has a rate only.
     pub fn levels(
         &self,
         constraints: &[Constraint],
@@ -269,7 +273,8 @@ impl Model {
         }
     }
 
-    /// Forces \[N\] that reduce all δ'' to zero, from the derivative of a state without these forces.
+    /// Forces \[N\] of constraints that make all their δ'' zero, from the derivative of a state without these
+    /// forces.
     fn holding_forces(
         &self,
         constraints: &[Constraint],
@@ -294,7 +299,7 @@ impl Model {
         self.forces_against(constraints, &accelerations)
     }
 
-    /// Forces or impulses that together remove given accelerations or rates at constraints.
+    /// Forces (or impulses) of constraints that together reduce δ'' (or δ') along each of them by `removed`.
     fn forces_against(&self, constraints: &[Constraint], removed: &[f64]) -> Vec<f64> {
         match constraints {
             [] => Vec::new(),
@@ -309,8 +314,8 @@ impl Model {
         }
     }
 
-    /// Forces \[N\] of the constraints, in the order of [`Self::constraints`]. For an open one, the force that would be
-    /// needed in addition to those that act.
+    /// Forces \[N\] of all constraints, in the order of [`Self::constraints`]. For an open constraint it is
+    /// the force that would be needed in addition to the acting ones.
     pub fn forces_of_constraints(
         &self,
         segments: &[Segment],
@@ -345,8 +350,8 @@ impl Model {
         self.constraints().filter_map(&mut force).collect()
     }
 
-    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and stops its approach there. If
-    /// this move takes it beyond another stop, that stop is included.
+    /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and removes its approach
+    /// to them. If this moves the state beyond another stop, that stop is included.
     pub(super) fn move_onto_stops(&self, segments: &[Segment], cycle: u64, state: &mut [f64]) {
         let of_stops: Vec<Constraint> = self.stops.iter().map(|stop| stop.constraint()).collect();
         let levels = self.levels(&of_stops, cycle, 0.0);

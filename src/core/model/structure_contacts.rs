@@ -1,4 +1,5 @@
-//! Contacts besides the two flanks: further meshes, stops, splines, stages of a clutch spring.
+//! Converts the contacts of a structure to contacts of the model: further meshes, stops, splines, stages of a
+//! clutch spring.
 
 use super::basis::Basis;
 use super::direction::Directions;
@@ -13,7 +14,7 @@ use crate::structure::{
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
-/// A contact with a complete law. If it copies a flank, it has the law of that flank.
+/// A contact with its complete law. If it copies a flank of the first mesh, this is the law of that flank.
 ///
 /// # Errors
 /// [`ModelError::NoCopy`] if that flank has a property that no other contact can have.
@@ -35,8 +36,8 @@ pub(super) fn with_complete_law<'c>(
             contact: contact.name.clone(),
         });
     }
-    // The phase is relative to the contact's deflection. On coast flanks it grows as the deflection of drive
-    // flanks falls.
+    // The error is relative to the contact's deflection. On coast flanks this deflection grows as that of the
+    // drive flanks falls, so that the error changes its sign.
     let turned = if flank == COAST_FLANK { PI } else { 0.0 };
     let law = ContactLaw {
         gap: drive.half_gap,
@@ -55,7 +56,8 @@ pub(super) fn with_complete_law<'c>(
 }
 
 impl Division {
-    /// The law of a contact with the properties of divisions and a coefficient of friction; everything else is 0.
+    /// The law of a contact from divisions and a coefficient of friction. Gap, damping, phase and error are
+    /// 0.
     pub fn law(divisions: &[Self], friction: f64) -> ContactLaw {
         let off_middle = divisions.iter().any(|division| division.centre() != 0.0);
         let lacking = divisions.iter().any(|division| !division.error.is_none());
@@ -79,8 +81,9 @@ impl Division {
 }
 
 impl ContactLaw {
-    /// The laws of the drive flanks and of the coast flanks of a mesh with these divisions, mirrored about a phase. All
-    /// else is from this law, whose error is that of the drive flanks.
+    /// The laws of the drive flanks and of the coast flanks of a mesh. The drive flanks have these divisions;
+    /// the coast flanks have their mirror image about the phase `symmetry`. Gap, damping, phase and error are
+    /// those of this law, whose error is that of the drive flanks.
     pub fn on_both_flanks(
         &self,
         divisions: &[Division],
@@ -92,8 +95,8 @@ impl ContactLaw {
             gap: self.gap,
             damping: self.damping,
             phase: self.phase,
-            // The error is relative to the contact's deflection. On coast flanks it grows as the deflection
-            // of drive flanks falls.
+            // The error is relative to the contact's deflection. On coast flanks this deflection grows as
+            // that of the drive flanks falls, so that the error changes its sign.
             error: self
                 .error
                 .iter()
@@ -104,7 +107,7 @@ impl ContactLaw {
     }
 }
 
-/// The divisions of a law, with its directions of friction.
+/// The divisions of a law.
 fn divisions(law: &ContactLaw) -> Vec<Division> {
     (law.stiffness.iter().enumerate())
         .map(|(piece, &(end, series))| Division {
@@ -133,8 +136,8 @@ fn side(law: &ContactLaw) -> f64 {
     }
 }
 
-/// Checks that the stiffness of a contact is above 0 everywhere, or constant. A negative stiffness softens parallel
-/// contacts.
+/// Checks that the stiffness of a contact is above 0 everywhere, or constant and negative. A negative
+/// stiffness softens parallel contacts.
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].
@@ -155,9 +158,11 @@ fn check_stiffness(law: &ContactLaw, divisions: &[Division]) -> Result<(), Model
     check_in_range(name, smallest, smallest > 0.0 || softens, accepted)
 }
 
-/// Converts a contact of a structure to a contact of the model, with a separate gap b and direction, on the positive
-/// side. `on_bearings` are the shares of each bearing in a unit of its force ([`crate::structure::OmittedModeForces`]).
-/// `slider` is the block with the position of the slider to which the contact belongs, if any.
+/// Converts a contact of a structure to a contact of the model.
+///
+/// * `on_bearings`: static force on each bearing per unit of its force
+///   ([`crate::structure::OmittedModeForces`]).
+/// * `slider`: index of the block with the position of the slider to which the contact belongs, if any.
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].
@@ -201,7 +206,7 @@ pub(super) fn contact(
         [] => vec![0.0; w.len()],
         column => basis.turn(column),
     });
-    // Rotations without an effect on any contact have only round-off of the transformation here.
+    // The entries of rotations that deflect no contact are round-off of the transformation. Set them to 0.
     for &i in basis.without_contact() {
         g[i] -= w[i];
         w[i] = 0.0;
@@ -271,7 +276,7 @@ fn stretch(divisions: &[Division], start: f64, ratio: f64) -> Vec<Division> {
         let length = division.end - begin;
         let place = |phase: f64| {
             let place = (2.0 * phase - begin - division.end) / length;
-            // The end of a division is reached within rounding.
+            // A place within rounding of an end is this end.
             if (place.abs() - 1.0).abs() < 1e-9 { place.signum() } else { place }
         };
         out.push(Division {
@@ -298,7 +303,7 @@ mod tests {
 
     #[test]
     fn a_slower_cycle_is_cut_into_those_of_the_mesh() {
-        // Three cycles of the contact in five of the mesh, two levels, with a step at 0.4.
+        // Three cycles of the contact in five of the mesh. Its stiffness has two levels and a step at 0.4.
         let divisions = Division::levels(&[2.0, 1.0], &[0.4]);
         let ratio = 0.6;
         for number in 0..5 {
@@ -315,7 +320,8 @@ mod tests {
         }
     }
 
-    /// A step just before the end of a mesh cycle, by 1e-12 of the contact's cycle, which takes a thousand mesh cycles.
+    /// The contact has one cycle in a thousand mesh cycles. Its step is 1e-12 of its cycle before the end of
+    /// a mesh cycle.
     #[test]
     fn a_cycle_is_covered_to_its_end() {
         let divisions = Division::levels(&[2.0, 1.0], &[1e-3 - 1e-12]);

@@ -14,7 +14,7 @@ use super::{clearance, drive as laws};
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
 
-/// Names and turns of the shafts of a structure, as in [`Model::shafts`].
+/// Names and revolutions of the shafts of a structure, as in [`Model::shafts`].
 fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
     let of_gear = |name: &str, teeth: u32| (name.to_owned(), [1, teeth]);
     let pinion = std::iter::once(of_gear("pinion", structure.teeth));
@@ -32,46 +32,46 @@ fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
 pub struct Model {
     /// The structure, one block per mode.
     pub blocks: Vec<Block>,
-    /// Gains between contacts and blocks: the distinct directions of all segments.
+    /// The distinct directions of all segments, with the gains between contacts and blocks.
     pub directions: Vec<Direction>,
-    /// Lines of deflections: the distinct lines of all directions. The first
-    /// contact's is the line of the mesh deflection.
+    /// The distinct lines of all directions, along which deflections are measured. The mesh deflection is
+    /// measured along the line of the first contact.
     pub lines: Vec<Line>,
-    /// The one-sided contacts. The first of a gear pair are its drive flank and its coast flank. If pairs of
-    /// teeth are separate springs, further ones of drive and coast flank follow alternately. So do the layers of a film
-    /// of oil, the outermost first.
+    /// The one-sided contacts. The first two are the drive flank and the coast flank. If pairs of teeth are
+    /// separate springs, the further springs of drive and coast flank follow alternately. The layers of a
+    /// film of oil follow in the same way, the outermost first. The contacts of the structure are last.
     pub contacts: Vec<Contact>,
-    /// Number of contacts of the flanks: springs, then layers of the film.
+    /// Number of contacts of the two flanks: springs and layers of the film.
     pub flank_springs: usize,
     /// Number of layers of the film of oil on each flank.
     pub film_layers: usize,
-    /// Blocks that do not deflect the mesh and do not decay (rigid rotation of the
-    /// whole drive).
+    /// Indices of the rigid blocks that deflect no contact and do not decay, such as the rotation of the
+    /// whole drive.
     pub neutral: Vec<usize>,
-    /// Load, as a fraction of the rated one: the constant inputs of the blocks are this part of
+    /// Load, as a fraction of the rated load. The constant inputs of the blocks contain this fraction of
     /// `rated_input`.
     pub load: f64,
     /// Constant inputs of the blocks under rated load.
     pub rated_input: Vec<[f64; 2]>,
-    /// Half gap b \[m\] of the first contact: the scale of lengths.
+    /// Half gap b \[m\] of the first contact, which is the scale of lengths.
     pub half_gap: f64,
     /// Harmonics of the torques, then those of other loads.
     pub ripple: Vec<Ripple>,
-    /// Forces on the bearings, per unit of the blocks' components.
+    /// Forces on the bearings.
     pub bearings: Vec<BearingOutput>,
     /// Transformation between the structure's modes and the blocks.
     pub basis: Basis,
-    /// Rolling of the gears; `None` without a drawing.
+    /// Rolling and sliding of the gears; `None` without a drawing.
     pub rolling: Option<Rolling>,
     /// Torques, accelerations and rotations at points of the structure.
     pub outputs: Vec<Output>,
-    /// Mass m_e in an impact of the flanks, along the line of action \[kg\]:
-    /// that of [`ModalStructure::mesh_mass`].
+    /// Effective mass m_e of an impact of the flanks along the line of action \[kg\], from
+    /// [`ModalStructure::mesh_mass`].
     pub effective_mass: f64,
     /// Meshes of the structure, the first mesh first.
     pub meshes: Vec<NamedMesh>,
-    /// Names of shafts with different speeds, each with its turns, `[p, q]`: p turns in q mesh cycles; pinion
-    /// and wheel first, if their teeth are known.
+    /// Names of the shafts, each with `[p, q]`: p revolutions in q mesh cycles. The pinion is first, then the
+    /// wheel if its teeth are known.
     pub shafts: Vec<(String, [u32; 2])>,
     /// Dry sliders in series with springs.
     pub sliders: Vec<Slider>,
@@ -84,8 +84,8 @@ pub struct Model {
 impl Model {
     /// Builds the system of a structure and a drive at an operating point.
     ///
-    /// Stiffness is in series with the structure's residual flexibility, `k/(1 + c_res k)`; parallel springs
-    /// share it.
+    /// The mesh stiffness is in series with the structure's residual flexibility, `k/(1 + c_res k)`. Parallel
+    /// springs share this flexibility.
     ///
     /// # Errors
     /// Modes that cannot be decoupled, ripple on an unknown shaft, springs on several lines
@@ -193,8 +193,8 @@ impl Model {
         2.0 * ratio * (mean_stiffness / inverse_mass(structure)).sqrt()
     }
 
-    /// A sum over the structure's modes, of their displacements and of their velocities, by both components of each
-    /// block, without the rotation of the whole drive.
+    /// Converts a sum over the modal displacements of the structure, and the same sum over the velocities, to
+    /// sums over the components of the blocks, without neutral blocks.
     pub fn block_gains_of(&self, participation: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let mut gains = self.basis.output(&self.basis.turn(participation));
         for &block in &self.neutral {
@@ -213,7 +213,7 @@ impl Model {
         self.contacts[0].cycles[0].period
     }
 
-    /// The mesh cycle of the first contact, the first of its base period.
+    /// The first mesh cycle of the first contact.
     pub fn first_cycle(&self) -> &MeshCycle {
         &self.contacts[0].cycles[0]
     }
@@ -223,7 +223,7 @@ impl Model {
         base_cycles(&self.contacts)
     }
 
-    /// Whether a contact belongs to the two flanks of the gear pair: a spring, or a layer of the film.
+    /// Whether a contact is a spring or a film layer of the two flanks of the gear pair.
     pub fn of_mesh(&self, contact: usize) -> bool {
         contact < self.flank_springs
     }
@@ -240,7 +240,7 @@ impl Model {
         self.lines.iter().flat_map(|line| &line.transmission_error)
     }
 
-    /// Gains between the mesh and each block on a segment.
+    /// Gains between a contact and each block on a segment.
     pub fn gains(&self, segment: &Segment) -> &[MeshGain] {
         &self.directions[segment.direction].gains
     }
@@ -255,14 +255,14 @@ impl Model {
         self.gains(&self.first_cycle().segments[0])
     }
 
-    /// Mesh deflection and rate `(δ [m], δ' [m/s])` of a state (length 2N) at a time \[s\]
-    /// within the first mesh cycle of a base period: along the line of the first contact.
+    /// Mesh deflection and its rate `(δ [m], δ' [m/s])` along the line of the first contact, in a state
+    /// (length 2N) at a time \[s\] within the first mesh cycle of a base period.
     pub fn deflection(&self, state: &[f64], time: f64) -> (f64, f64) {
         self.deflection_on(self.first_cycle().segment_at(time), 0, state, time)
     }
 
-    /// Deflection and rate along the line of a contact's segment in mesh cycle `cycle`, its end
-    /// included.
+    /// Deflection \[m\] and its rate \[m/s\] along the line of a contact's segment, at a time \[s\] within
+    /// mesh cycle `cycle`, the end of the segment included.
     pub fn deflection_on(
         &self,
         segment: &Segment,
@@ -285,8 +285,8 @@ impl Model {
         (deflection, rate)
     }
 
-    /// The contacts that a state closes at a time \[s\] within mesh cycle `cycle`. `segments` has the segment
-    /// of every contact.
+    /// The contacts that are closed in a state at a time \[s\] within mesh cycle `cycle`, without those of
+    /// rigid stops. `segments` has the segment of every contact.
     pub fn active_set(
         &self,
         segments: &[Segment],
@@ -355,7 +355,8 @@ impl Model {
         self.apply_constraints(active, (cycle, time), out);
     }
 
-    /// The same model under another load. Stiffness and friction stay as they are.
+    /// The same model under another load. Stiffness, friction and [`BearingOutput::constant`] stay those of
+    /// the old load.
     ///
     /// # Errors
     /// [`ModelError::NoEquilibrium`].
@@ -377,7 +378,7 @@ impl Model {
     }
 }
 
-/// One over [`ModalStructure::mesh_mass`] \[1/kg\].
+/// The reciprocal of the effective mass of the mesh \[1/kg\], see [`ModalStructure::mesh_mass`].
 fn inverse_mass(structure: &ModalStructure) -> f64 {
     if let Some(mass) = structure.mesh_mass {
         return 1.0 / mass;
@@ -428,7 +429,8 @@ fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> 
     Ok(())
 }
 
-/// Mean loads on the rotated modes: the part of the rated loads, constant loads, and loads due to the speed.
+/// Mean modal forces on the rotated modes: the load times the rated forces, constant loads, and loads due to
+/// the speed.
 fn mean_load(
     structure: &ModalStructure,
     basis: &Basis,
@@ -436,7 +438,7 @@ fn mean_load(
     point: OperatingPoint,
 ) -> Vec<f64> {
     let mut load: Vec<f64> = rated.iter().map(|t| t * point.load).collect();
-    // The mean drag and the load of a rotating frame are added to the part proportional to the load.
+    // Add constant loads, mean drag and the load of a rotating frame.
     let speed = point.speed;
     for (factor, column) in [
         (1.0, &structure.constant_load),
@@ -450,7 +452,7 @@ fn mean_load(
     load
 }
 
-/// Rotated modal values; an empty list stays empty.
+/// Converts values per mode to the rotated modes. An empty list stays empty.
 fn rotate_any(basis: &Basis, values: &[f64]) -> Vec<f64> {
     if values.is_empty() { Vec::new() } else { basis.turn(values) }
 }

@@ -3,7 +3,7 @@
 use super::{DriveShaft, TorqueRipple};
 use num_complex::Complex64;
 
-/// A torque over the angle of a shaft: linear between points, and periodic.
+/// A torque over the angle of a shaft. It is linear between points, and periodic.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TorqueCurve {
     /// The shaft.
@@ -15,7 +15,7 @@ pub struct TorqueCurve {
 }
 
 impl TorqueCurve {
-    /// The first harmonics, without the mean, and without those that are zero up to rounding.
+    /// The first `count` harmonics, without the mean. Harmonics that are zero up to rounding are left out.
     ///
     /// The second derivative of a piecewise linear curve is a sum of pulses `m_j`, the changes of slope at angles
     /// `a_j`. So the coefficients are `c_n = −Σ m_j e^{−i ω a_j} / (P ω²)` with `ω = 2π n / P`, and the amplitudes

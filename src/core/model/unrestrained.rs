@@ -2,15 +2,15 @@
 
 use super::Model;
 
-/// A component below this part of the largest is round-off.
+/// A component below this fraction of the largest one is round-off.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// A block is at rest if the rates of its state are below this part of their upper bound.
+/// A block is at rest if the rates of its state are below this fraction of their upper bound.
 const AT_REST: f64 = 1e-9;
 
 impl Model {
     /// States with a displacement that deflects no contact and causes no force, such as a rotation of the
-    /// whole drive under drag. Neutral blocks are excluded. Dry sliders may move with the displacement: a
+    /// whole drive under drag. Neutral blocks are excluded. Dry sliders move with the displacement, because a
     /// body that only sliders restrain has no fixed position.
     pub fn unrestrained_displacements(&self) -> Vec<Vec<f64>> {
         let n = self.modes();
@@ -57,7 +57,7 @@ impl Model {
             .collect()
     }
 
-    /// Whether no block moves, up to round-off, in a state without forces.
+    /// Whether all blocks are at rest, up to round-off, in a state without loads and contact forces.
     pub(super) fn is_at_rest(&self, state: &[f64]) -> bool {
         let n = self.modes();
         let largest = state.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

@@ -1,4 +1,5 @@
-//! Operations on series in searches for roots, behind a trait for implementations with the machine's vectors.
+//! The operations on series that searches for roots need, as a trait. Kernels implement it with the machine's
+//! vector instructions.
 
 use super::legendre::{self, SAMPLES, Transforms};
 
@@ -15,7 +16,7 @@ pub struct Bounds {
 
 /// Operations on series of P terms.
 pub trait Arithmetic<const P: usize> {
-    /// Values at the ends, and the variation.
+    /// Values at both ends, and the variation.
     fn bounds(series: &[f64; P]) -> Bounds;
 
     /// The derivative with respect to x.
@@ -30,14 +31,14 @@ pub trait Arithmetic<const P: usize> {
     /// `factor · series`, with `constant` added.
     fn scaled(series: &[f64; P], factor: f64, constant: f64) -> [f64; P];
 
-    /// Values at [`legendre::sample_place`] of all samples.
+    /// Values at all positions [`legendre::sample_place`].
     fn samples(transforms: &Transforms<P>, series: &[f64; P]) -> [f64; SAMPLES];
 
     /// Value at x and its first two derivatives with respect to x.
     fn derivatives_at(series: &[f64; P], x: f64) -> [f64; 3];
 }
 
-/// Arithmetic for any machine.
+/// Implementation for any machine.
 #[derive(Debug)]
 pub struct Portable;
 

@@ -9,7 +9,7 @@
 //! For small x its terms would overflow. There `j_n = xⁿ/(2n+1)!! c_n` is used
 //! with the backward recurrence for c_n of [`super::exponential`].
 
-/// Orders: n < `ORDERS`, the number of terms of a window's series.
+/// Number of orders, n < `ORDERS`. It equals the number of terms of a window's series.
 pub const ORDERS: usize = 24;
 
 /// Number of arguments processed together.
@@ -21,11 +21,11 @@ pub type Lanes = [f64; LANES];
 /// Largest argument for which c_n is used.
 const SMALL: f64 = 5.0;
 
-/// Sufficient number of terms of the power series of the two highest c_n for x ≤ [`SMALL`].
+/// Number of terms that the power series of the two highest c_n needs for x ≤ [`SMALL`].
 const SERIES_TERMS: usize = 12;
 
-/// Writes `j_n(x)`, n < 24, for arguments 0 < x given with their sines and cosines. The
-/// lanes are equal, or neighbouring multiples of one number of at most π.
+/// Writes `j_n(x)`, n < 24, for arguments x > 0, which are given with their sines and cosines. The arguments
+/// are equal, or consecutive multiples of a number that is at most π.
 #[inline(always)]
 pub fn spherical_bessel(x: &Lanes, sin: &Lanes, cos: &Lanes, out: &mut [Lanes; ORDERS]) {
     let (smallest, largest) = (x[0].min(x[LANES - 1]), x[0].max(x[LANES - 1]));
@@ -71,7 +71,8 @@ fn downwards(x: &Lanes, largest: f64, sin: &Lanes, cos: &Lanes, out: &mut [Lanes
     let start = 22 + (1.1 * largest).ceil() as usize;
     let inverse = x.map(|x| 1.0 / x);
     let mut above = [0.0; LANES];
-    // Small enough that results stay in range, and large enough that their squares do.
+    // This start is so small that the recurrence does not overflow, and so large that squares do not
+    // underflow.
     let mut now = [1e-100; LANES];
     for n in (1..=start).rev() {
         if n < ORDERS {
@@ -176,7 +177,7 @@ mod tests {
         ] {
             let (x, out) = of_multiples(step, first);
             for n in 0..ORDERS {
-                // Beyond this range the integral loses digits, but the recurrence does not.
+                // Beyond this range the integral, unlike the recurrence, loses digits.
                 for i in (0..LANES).filter(|&i| n < 12 || x[i] < 12.0) {
                     let exact = by_integral(n, x[i]);
                     let error = (out[n][i] - exact).abs();

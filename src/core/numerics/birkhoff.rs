@@ -6,18 +6,18 @@
 //! w(t) = exp(−1/(t (1 − t))),   tᵢ = (i + 1/2)/n
 //! ```
 //!
-//! On quasi-periodic motion its error falls faster than any power of n. On chaos it falls
-//! like `n^{−1/2}`, as that of the plain mean.
+//! For quasi-periodic motion its error falls faster than any power of n. For chaotic motion it falls like
+//! `n^{−1/2}`, as the error of the plain mean does.
 
 use super::statistics::is_constant;
 use num_complex::{Complex64, c64};
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
-/// Length of the shortest series that has a [`frequency`].
+/// Length of the shortest series whose [`frequency`] is computed.
 pub const FEWEST_VALUES: usize = 64;
 
-/// Largest number of steps of the refinement of a frequency. Newton's method takes about five.
+/// Largest number of steps in the refinement of a frequency. Newton's method takes about five.
 const MOST_STEPS: usize = 60;
 
 /// Weights of a record of `length` values; their sum is 1.
@@ -68,8 +68,9 @@ pub fn frequency(values: &[f64]) -> Option<f64> {
     (folded > 0.0).then_some(folded)
 }
 
-/// Frequency of the largest Fourier coefficient above 0, and the distance of coefficients. Zero
-/// padding halves that distance, so the maximum lies between the neighbours.
+/// Frequency of the largest Fourier coefficient at a frequency above 0, and the distance between
+/// coefficients. Zero padding halves this distance. The maximum therefore lies between the neighbouring
+/// coefficients.
 fn coarse_peak(weighted: &[f64]) -> Option<(f64, f64)> {
     let length = 2 * weighted.len().next_power_of_two();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(length);
@@ -83,8 +84,8 @@ fn coarse_peak(weighted: &[f64]) -> Option<(f64, f64)> {
     Some((place as f64 * step, step))
 }
 
-/// The maximum of |S| within one `step` of `start`: Newton's method on the slope of |S|², with
-/// bisection if a step leaves the bracket.
+/// Position of the maximum of |S| within one `step` of `start`, by Newton's method for a zero of the slope of
+/// |S|². A step that leaves the bracket is replaced by a bisection.
 fn refine(weighted: &[f64], start: f64, step: f64) -> f64 {
     let (mut low, mut high) = (start - step, start + step);
     let mut at = start;
@@ -112,7 +113,7 @@ fn refine(weighted: &[f64], start: f64, step: f64) -> f64 {
 
 /// First and second derivative of |S|²/2 with respect to 2πf.
 ///
-/// Times are taken from the middle of the record, where S varies least.
+/// Times are measured from the middle of the record: this choice makes the variation of S smallest.
 fn slope_of_square(weighted: &[f64], frequency: f64) -> [f64; 2] {
     let middle = 0.5 * (weighted.len() as f64 - 1.0);
     // Σ v τᵏ e^{−2πi f τ}.
@@ -140,8 +141,8 @@ mod tests {
 
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
-    /// Largest error of a mean over starts of a motion with two incommensurate frequencies and infinitely many
-    /// lines, whose mean is the Bessel value I₀(1).
+    /// Largest error of a mean over 20 starts. The motion has two incommensurate frequencies and infinitely
+    /// many spectral lines, and its exact mean is the Bessel value I₀(1).
     fn error(length: usize, average: fn(&[f64]) -> f64) -> f64 {
         let starts = (0..20).map(|start| {
             let values: Vec<f64> = (0..length)
@@ -185,7 +186,7 @@ mod tests {
                 .sum();
             (square / 400.0 * length as f64).sqrt()
         };
-        // √(∫w²)/∫w of the weights.
+        // The factor 1.37 is √(∫w²)/∫w of the weights.
         for length in [200, 1600] {
             let found = spread(length);
             assert!((found / 1.37 - 1.0).abs() < 0.12, "{length}: {found}");

@@ -1,9 +1,9 @@
-//! Do several chains sample the same motion, and how many independent values are they worth?
+//! Do several chains sample the same motion, and how many independent values do they correspond to?
 //!
-//! Both figures are those of ArviZ 0.23 (arviz/stats/diagnostics.py) without ranks: split R̂ of
-//! Gelman et al. (2013, Bayesian Data Analysis, 11.4), and the effective sample size of Geyer's
-//! initial monotone sequence (Geyer 1992; Vehtari et al. 2021). Chains are cut to the length of the
-//! shortest. Each is split into its first and last half.
+//! Both figures equal those of ArviZ 0.23 (arviz/stats/diagnostics.py) without ranks. The first is the split
+//! R̂ of Gelman et al. (2013, Bayesian Data Analysis, 11.4). The second is the effective sample size by
+//! Geyer's initial monotone sequence (Geyer 1992; Vehtari et al. 2021). All chains are cut to the length of
+//! the shortest one. Each is split into its first and last half.
 
 use super::statistics::{is_constant, mean};
 
@@ -93,8 +93,9 @@ pub fn ess(chains: &[&[f64]]) -> Option<f64> {
     size.is_finite().then_some(size)
 }
 
-/// Correlations by lag until a pair of neighbours has a negative sum (Geyer's initial positive sequence).
-/// Only the first value of the last pair counts. It is set to 0 if it and the sum of the pair are negative.
+/// Correlations at lags 0, 1, …, until a pair of neighbours has a negative sum (Geyer's initial positive
+/// sequence). Of the last pair only the first value counts. It is set to 0 if it and the sum of the pair are
+/// negative.
 fn initial_sequence(correlation: impl Fn(usize) -> f64, length: usize) -> Vec<f64> {
     let mut correlations = vec![1.0, correlation(1)];
     let mut pair = [correlations[0], correlations[1]];
@@ -108,8 +109,8 @@ fn initial_sequence(correlation: impl Fn(usize) -> f64, length: usize) -> Vec<f6
     correlations
 }
 
-/// Lowers each pair of correlations below lag `last` to the one before it (Geyer's initial
-/// monotone sequence).
+/// Lowers the sum of each pair of correlations below lag `last` to that of the pair before it (Geyer's
+/// initial monotone sequence).
 fn make_monotone(correlations: &mut [f64], last: usize) {
     for t in (2..last.saturating_sub(1)).step_by(2) {
         let before = correlations[t - 2] + correlations[t - 1];
@@ -120,10 +121,10 @@ fn make_monotone(correlations: &mut [f64], last: usize) {
     }
 }
 
-/// `Σ d_i d_{i+lag} / n`, averaged over series about their means.
+/// `Σ d_i d_{i+lag} / n`, averaged over series d from which their means have been subtracted.
 fn autocovariance(centred: &[Vec<f64>], lag: usize) -> f64 {
     let sums = centred.iter().map(|series| {
-        // Independent sums, added at the end, fill the lanes of the processor.
+        // Independent partial sums use the vector instructions of the processor.
         let mut lanes = [0.0; 8];
         let (early, late) = (&series[..series.len() - lag], &series[lag..]);
         let (early, late) = (early.chunks_exact(8), late.chunks_exact(8));
@@ -143,7 +144,7 @@ fn autocovariance(centred: &[Vec<f64>], lag: usize) -> f64 {
 mod tests {
     use super::*;
 
-    /// `x ← a x + u − 1/2` with Knuth's generator of u in [0, 1); adds the offset to every value.
+    /// The series `x ← a x + u − 1/2` plus an offset, with u in [0, 1) from Knuth's generator.
     fn series(seed: u64, length: usize, a: f64, offset: f64) -> Vec<f64> {
         let (mut state, mut x) = (seed, 0.0);
         let mut next = || {
@@ -166,9 +167,9 @@ mod tests {
         chains.iter().map(Vec::as_slice).collect()
     }
 
-    /// Chains, values of each, a, distance of offsets; `arviz.rhat(x, method="split")` and
+    /// Number of chains, values per chain, a, difference of offsets; then `arviz.rhat(x, method="split")` and
     /// `arviz.ess(x, method="mean")` of ArviZ 0.23.4. For the single chain, R̂ is
-    /// `arviz.stats.diagnostics._rhat(_split_chains(x))`, as the public function requires two.
+    /// `arviz.stats.diagnostics._rhat(_split_chains(x))`, because the public function requires two chains.
     #[rustfmt::skip]
     const ARVIZ: [(usize, usize, f64, f64, f64, f64); 11] = [
         (4, 1000, 0.9, 0.0, 1.0082785264532859, 211.7458491125953),

@@ -6,9 +6,9 @@
 //! ∫₀ᵗ P_k(ξ(t−s)) P_m(ξ(s)) ds = Δ Σ_n C[k][m][n] P_n(ξ(t)),      ξ(t) = 2t/Δ − 1
 //! ```
 //!
-//! The numbers C are universal. They are computed once by Gauss rules that are exact for
-//! these polynomials (degree k+m+1 in t). A Volterra operator of any drive is then a fixed combination
-//! of P × P matrices.
+//! The numbers C do not depend on the drive. They are computed once, by Gauss rules that are exact for these
+//! polynomials (degree k+m+1 in t). The Volterra operator of a drive is then a linear combination of P × P
+//! matrices.
 
 use super::legendre::polynomials;
 use super::quadrature::GaussLegendre;
@@ -23,7 +23,7 @@ pub struct Convolution<const K: usize, const P: usize> {
 
 impl<const K: usize, const P: usize> Convolution<K, P> {
     fn new() -> Self {
-        // Degrees: inner k + m ≤ K + P − 2, outer k + m + 1 + n ≤ K + 2P − 2.
+        // Degree of the inner integrand: k + m ≤ K + P − 2; of the outer one: k + m + 1 + n ≤ K + 2P − 2.
         let inner = GaussLegendre::new((K + P).div_ceil(2));
         let outer = GaussLegendre::new((K + 2 * P).div_ceil(2));
         let mut table = vec![[[0.0; P]; P]; K];
@@ -59,7 +59,7 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
         Self { table }
     }
 
-    /// Output terms of kernel term k with input term m; all others are zero.
+    /// The output terms that can be nonzero for kernel term k and input term m.
     fn orders(k: usize, m: usize) -> std::ops::Range<usize> {
         let last = P.min(k + m + 2);
         k.abs_diff(m).saturating_sub(1).min(last)..last
@@ -96,7 +96,7 @@ impl<const K: usize, const P: usize> Convolution<K, P> {
     }
 }
 
-/// Coefficients below this part of the largest are negligible: a sixteenth of round-off.
+/// Coefficients below this fraction of the largest one are negligible: a sixteenth of round-off.
 const NEGLIGIBLE: f64 = f64::EPSILON / 16.0;
 
 /// Number of terms of a series up to the last that is not negligible.
@@ -106,7 +106,7 @@ pub fn significant(series: &[f64]) -> usize {
     series.iter().rposition(matters).map_or(0, |last| last + 1)
 }
 
-/// `a b` of two matrices by columns.
+/// The product `a b` of two matrices that are stored by columns.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 pub fn product<const P: usize>(a: &[[f64; P]; P], b: &[[f64; P]; P]) -> [[f64; P]; P] {
     let mut out = [[0.0; P]; P];
@@ -130,7 +130,7 @@ pub fn add_response<const P: usize>(kernel: &[f64], responses: &[[f64; P]], out:
     }
 }
 
-/// Adds the columns of every plane, times its scale.
+/// Adds to each row of `out` the columns of one plane, each times its scale.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 fn respond<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]], out: &mut [[f64; P]]) {
     for (row, plane) in out.iter_mut().zip(planes) {
@@ -142,7 +142,8 @@ fn respond<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]], out: &mut [
     }
 }
 
-/// The sum of planes, each times its scale. Zeros of the planes are added too, as whole columns are faster than parts.
+/// The sum of planes, each times its scale. Zeros of the planes are added too, because whole columns are
+/// faster.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 fn combined<const P: usize>(scales: &[f64], planes: &[[[f64; P]; P]]) -> [[f64; P]; P] {
     let mut out = [[0.0; P]; P];

@@ -20,7 +20,7 @@ use multiversion::multiversion;
 use num_complex::Complex64;
 use std::sync::LazyLock;
 
-/// ν of a rigid rotation times the window's length: its square is below round-off.
+/// Product of the ν of a rigid rotation and the window's length. Its square is below round-off.
 pub const RIGID_PHASE: f64 = 1e-9;
 
 /// Largest |λ| τ/2 for which the series below are converged to round-off.
@@ -37,8 +37,8 @@ pub fn legendre_series(lambda: Complex64, tau: f64, out: &mut [Complex64]) -> Co
     end
 }
 
-/// As [`legendre_series`], for several exponentials at once. Their terms depend on each other, so that several
-/// exponentials take little longer than one.
+/// As [`legendre_series`], for several exponentials at once. The terms of one exponential are computed one
+/// after the other, so that several exponentials take little longer than one.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx2", "x86_64+avx2"))]
 pub fn legendre_series_of<const L: usize>(
     lambdas: [Complex64; L],
@@ -49,7 +49,7 @@ pub fn legendre_series_of<const L: usize>(
     let half = lambdas.map(|lambda| 0.5 * lambda * tau);
     let z = Several::of(half);
     let square = z.times(z);
-    // c_n from the top.
+    // c_n by the backward recurrence.
     let mut above = scaled_bessel(n, square);
     let mut current = scaled_bessel(n - 1, square);
     let mut terms = [current; MOST_TERMS];
@@ -59,7 +59,7 @@ pub fn legendre_series_of<const L: usize>(
         (above, current) = (current, next);
         terms[k - 1] = current;
     }
-    // e^z zⁿ / (2n−1)!! from the bottom.
+    // Multiply by e^z zⁿ / (2n−1)!!, in ascending order of n.
     let mut power = Several::of(half.map(Complex64::exp));
     for (k, term) in terms[..n].iter_mut().enumerate() {
         *term = term.times(power);
@@ -118,16 +118,15 @@ impl<const L: usize> Several<L> {
     }
 }
 
-/// Nodes for the exponentials of a real pair.
+/// Number of Gauss nodes in [`real_pair_series`].
 const NODES: usize = 64;
 
 /// Legendre coefficients on \[0, τ\] of `e^{μt} cosh σt` and `e^{μt} sinh(σt)/σ`, the real and
 /// imaginary parts of `out`; returns their values at τ. `(|μ| + σ) τ/2` must not exceed
 /// [`LARGEST_HALF_ARGUMENT`].
 ///
-/// The difference of two nearly equal exponentials would be inaccurate as a difference of
-/// series. The coefficients are projected from values instead, by a Gauss rule far finer than the
-/// functions.
+/// If σ is small, a difference of the series of two exponentials would be inaccurate. The coefficients are
+/// therefore computed from values of the functions, by a Gauss rule with many nodes.
 pub fn real_pair_series(mu: f64, sigma: f64, tau: f64, out: &mut [Complex64]) -> [f64; 2] {
     static RULE: LazyLock<GaussLegendre> = LazyLock::new(|| GaussLegendre::new(NODES));
     let values = |t: f64| {
@@ -161,7 +160,7 @@ fn sinh_ratio(x: f64) -> f64 {
     })
 }
 
-/// Sufficient number of terms of the power series of `c_n` for |z| ≤ 5: fewer for higher n.
+/// Number of terms that the power series of `c_n` needs for |z| ≤ 5: fewer for higher n.
 fn bessel_terms(n: usize) -> usize {
     match n {
         0..=11 => 20,
@@ -218,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Both for close and for distant exponentials.
+    /// The two exponentials may be close or distant.
     #[test]
     fn a_real_pair_is_hyperbolic() {
         for (mu, sigma, tau) in [

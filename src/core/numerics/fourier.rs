@@ -1,4 +1,4 @@
-//! Fourier integrals of a window's Legendre series at the multiples of one frequency.
+//! Fourier integrals of a Legendre series on a window, at the multiples of one frequency.
 //!
 //! With `κ = ω τ/2` and θ the phase `ω t` at the middle of the window,
 //!
@@ -12,11 +12,11 @@ use super::bessel::{LANES, Lanes, ORDERS, spherical_bessel};
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;
 
-/// Number of groups of sixteen multiples after which rotations are computed from sine and cosine again, as
-/// the errors of multiplications accumulate.
+/// Number of groups of sixteen multiples after which sines and cosines are computed directly again, because
+/// the errors of the multiplications accumulate.
 const MOST_TURNED: usize = 8;
 
-/// A window relative to the slowest of the frequencies.
+/// Length of a window, and phases of the lowest frequency on it.
 #[derive(Debug, Clone, Copy)]
 pub struct ScaledWindow {
     /// Length τ \[s\].
@@ -27,8 +27,8 @@ pub struct ScaledWindow {
     pub phase: f64,
 }
 
-/// Adds to every `sums[s][m − 1]` the integral of `series[s]` at m times the slowest
-/// frequency. The result is the same on every instruction set, as no operations are fused.
+/// Adds to every `sums[s][m − 1]` the integral of `series[s]` at m times the lowest frequency. The result is
+/// the same with every instruction set, because no operations are fused.
 #[multiversion::multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub fn add_lines(stretch: ScaledWindow, series: &[[f64; ORDERS]], sums: &mut [Vec<Complex64>]) {
     let count = sums.iter().map(Vec::len).max().unwrap_or(0);
@@ -114,7 +114,7 @@ impl AngleMultiples {
     }
 }
 
-/// Hann's window with `places` values, with mean ½.
+/// The weights of Hann's window at `places` positions. Their mean is ½.
 pub fn hann(places: usize) -> Vec<f64> {
     let weight = |i: usize| 0.5 - 0.5 * (TAU * i as f64 / places as f64).cos();
     (0..places).map(weight).collect()
@@ -126,8 +126,8 @@ mod tests {
     use crate::numerics::legendre::evaluate;
     use crate::numerics::quadrature::GaussLegendre;
 
-    /// A thousand multiples of rotations from nearly zero to a whole cycle, compared with a Gauss rule
-    /// with enough nodes for the fastest.
+    /// Multiples up to a thousand, for phase changes over the window from nearly zero to a whole cycle. They
+    /// are compared with a Gauss rule that has enough nodes for the highest frequency.
     #[test]
     fn all_multiples_agree_with_quadrature() {
         let series: [[f64; ORDERS]; 2] = [0.5_f64, 0.9]
@@ -150,7 +150,7 @@ mod tests {
                         exact += value * Complex64::cis(-turn);
                     }
                     let error = (sums[s][m - 1] - exact).norm();
-                    // Uncertainty of the phases, in proportion to their size.
+                    // The uncertainty of a phase is proportional to its size.
                     let unsure = 8e-16 * m as f64 * stretch.phase / (1.0 + m as f64 * half_turn);
                     let bound = 2e-14 + unsure;
                     assert!(

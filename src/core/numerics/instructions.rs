@@ -1,20 +1,20 @@
-//! Which instructions does this process use: all those of its processor, or only those that every
-//! processor has, so that equal jobs give equal bits everywhere?
+//! Does this process use all instructions of its processor, or only those that every processor has? With the
+//! latter, equal jobs give equal bits on every machine.
 //!
 //! A fused multiply-add rounds once, a product and a sum round twice. Wider vectors add in another order.
-//! Loops in several versions read the choice here. The choice applies to the whole process, as that of the
-//! system's mathematical library does.
+//! Loops that exist in several versions read the choice here. It applies to the whole process, like the same
+//! choice of the system's mathematical library.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static PORTABLE: AtomicBool = AtomicBool::new(false);
 
-/// From now on this process uses only instructions of every processor.
+/// From now on this process uses only instructions that every processor has.
 pub fn keep_portable() {
     PORTABLE.store(true, Ordering::Relaxed);
 }
 
-/// Whether this process uses only instructions of every processor.
+/// Whether this process uses only instructions that every processor has.
 #[inline]
 pub fn portable() -> bool {
     PORTABLE.load(Ordering::Relaxed)

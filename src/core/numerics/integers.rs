@@ -1,11 +1,11 @@
-//! Integers.
+//! Divisors and multiples of integers.
 
 /// The greatest common divisor (Euclid).
 pub fn greatest_divisor(a: u128, b: u128) -> u128 {
     if b == 0 { a } else { greatest_divisor(b, a % b) }
 }
 
-/// The least common multiple of two positive numbers, or `usize::MAX` if it is larger.
+/// The least common multiple of two positive numbers; `usize::MAX` if it is larger than that.
 pub fn least_multiple(a: usize, b: usize) -> usize {
     let divisor = greatest_divisor(a as u128, b as u128) as usize;
     (a / divisor).saturating_mul(b)

@@ -1,14 +1,14 @@
 //! Legendre series on a window: evaluation, derivative, restriction, bounds, division.
 //!
 //! A series `Σ a[n] P_n(x)` is defined on x ∈ \[−1, 1\]; a window of length Δ has `x = 2t/Δ − 1`.
-//! As `|P_n| ≤ 1`, `Σ|a[n]|` is a bound, the basis of certificates of events.
+//! `|P_n| ≤ 1`, so that `Σ|a[n]|` is a bound of the series. The proofs that a window has no event use it.
 
 use super::quadrature::GaussLegendre;
 use std::sync::OnceLock;
 
 /// Value of the series at x, by Clenshaw's recurrence.
 pub fn evaluate(series: &[f64], x: f64) -> f64 {
-    /// Terms whose factors are known.
+    /// Number of terms whose factors are computed in advance.
     const KNOWN: usize = 64;
     let known = const { clenshaw::<KNOWN>() };
     let (mut b1, mut b2) = (0.0, 0.0);
@@ -21,7 +21,7 @@ pub fn evaluate(series: &[f64], x: f64) -> f64 {
     b1
 }
 
-/// Values of several series at x: `series[n]` has the coefficients of `P_n`, at most 64 of each.
+/// Values of L series at x. `series[n]` has the coefficient of `P_n` in each series, n < 64.
 pub fn evaluate_each<const L: usize>(series: &[[f64; L]], x: f64) -> [f64; L] {
     let factors = const { clenshaw::<64>() };
     let mut sums = [0.0; L];
@@ -36,8 +36,8 @@ pub fn evaluate_each<const L: usize>(series: &[[f64; L]], x: f64) -> [f64; L] {
     sums
 }
 
-/// Factors of Clenshaw's recurrence, `(2n+1)/(n+1)` and `(n+1)/(n+2)`: divisions would take
-/// longer than the rest.
+/// Factors of Clenshaw's recurrence, `(2n+1)/(n+1)` and `(n+1)/(n+2)`, computed in advance because divisions
+/// would take longer than the rest of the recurrence.
 const fn clenshaw<const P: usize>() -> [[f64; 2]; P] {
     let mut factors = [[0.0; 2]; P];
     let mut n = 0;
@@ -53,7 +53,7 @@ const fn clenshaw_factors(n: usize) -> [f64; 2] {
     [(2.0 * k + 1.0) / (k + 1.0), (k + 1.0) / (k + 2.0)]
 }
 
-/// `a b + c`, fused if the processor is known to support it.
+/// `a b + c`, as one fused operation if `FUSED`, for which the processor must support it.
 #[inline(always)]
 fn multiply_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
     if FUSED { a.mul_add(b, c) } else { a * b + c }
@@ -70,7 +70,7 @@ pub fn evaluate_with_derivatives<const P: usize, const FUSED: bool>(
     for n in (0..P).rev() {
         let [up, down] = factors[n];
         let step = up * x;
-        // Terms that are available early are added first, which shortens the dependency chain.
+        // Terms that are available early are added first, which shortens the chain of dependent operations.
         let early = [
             multiply_add::<FUSED>(-down, b_next[0], series[n]),
             multiply_add::<FUSED>(-down, b_next[1], up * b[0]),
@@ -105,7 +105,7 @@ pub fn polynomials(x: f64, out: &mut [f64]) {
 #[inline(always)]
 pub fn derivative<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut out = [0.0; P];
-    // The sums of even and odd terms are swapped: a selection between them would wait for every addition.
+    // Swap the sums of even and odd terms in every step: selecting one of them would wait for every addition.
     let (mut sum, mut other) = (0.0, 0.0);
     for n in (0..P - 1).rev() {
         sum += series[n + 1];
@@ -129,8 +129,8 @@ pub fn at_end(series: &[f64]) -> f64 {
     even + odd
 }
 
-/// Sums of the even and of the odd coefficients, each as two sums: a single one would wait for every
-/// addition.
+/// Sums of the even and of the odd coefficients, each computed as two partial sums: a single sum would wait
+/// for every addition.
 #[inline(always)]
 fn parts(series: &[f64]) -> [f64; 2] {
     let mut sums = [0.0; 4];
@@ -145,7 +145,7 @@ fn parts(series: &[f64]) -> [f64; 2] {
 /// `Σ_{n≥1} |a[n]|`: upper bound of the distance of the series from `a[0]`.
 #[inline(always)]
 pub fn variation(series: &[f64]) -> f64 {
-    // Four partial sums: a single one would wait for every addition.
+    // Use four partial sums: a single sum would wait for every addition.
     let mut sums = [0.0; 4];
     for group in series[1..].chunks(4) {
         for (sum, a) in sums.iter_mut().zip(group) {
@@ -166,7 +166,7 @@ pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let mut next = 0.0;
     for n in (1..P).rev() {
         let [of_series, of_next] = factors[n];
-        // Terms that are available early are added first, which shortens the dependency chain.
+        // Terms that are available early are added first, which shortens the chain of dependent operations.
         let early = of_series * series[n] - of_next * next;
         q[n - 1] = early - of_series * q[n];
         next = q[n];
@@ -174,7 +174,7 @@ pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
     q
 }
 
-/// Factors of the recurrence: `(2n−1)/n` and the same times `(n+1)/(2n+3)`.
+/// Factors of the recurrence in [`divide_out_start`]: `(2n−1)/n`, and this times `(n+1)/(2n+3)`.
 const fn division<const P: usize>() -> [[f64; 2]; P] {
     let mut factors = [[0.0; 2]; P];
     let mut n = 1;
@@ -187,10 +187,10 @@ const fn division<const P: usize>() -> [[f64; 2]; P] {
     factors
 }
 
-/// Constant transforms of series with P coefficients.
+/// Constant matrices for operations on series with P coefficients.
 #[derive(Debug)]
 pub struct Transforms<const P: usize> {
-    /// Gauss nodes with P points, and their weights.
+    /// The nodes and weights of the Gauss rule with P nodes.
     nodes: [f64; P],
     weights: [f64; P],
     /// `to_series[j][n]`: contribution of the value at node j to coefficient n.
@@ -207,10 +207,10 @@ pub struct Transforms<const P: usize> {
     values: Box<Columns<P>>,
 }
 
-/// Number of samples of a series before a search for a root.
+/// Number of positions at which a series is sampled before a search for a root.
 pub const SAMPLES: usize = 24;
 
-/// Position of a sample: uniform on \[−1, 1\], with both ends.
+/// Position of a sample. The positions are uniform on \[−1, 1\], both ends included.
 #[inline(always)]
 pub fn sample_place(index: usize) -> f64 {
     2.0 / (SAMPLES - 1) as f64 * index as f64 - 1.0
@@ -267,7 +267,7 @@ impl<const P: usize> Transforms<P> {
                 let restricted = transforms.restrict(&unit, lo, hi);
                 let half = &mut transforms.halves[side].0[n];
                 *half = restricted;
-                // Triangular by construction: other entries from quadrature are round-off.
+                // The matrix is triangular. Its other entries are round-off of the quadrature.
                 half[n + 1..].fill(0.0);
                 transforms.derivative.0[n] = derivative(&unit);
                 transforms.quotient.0[n] = divide_out_start(&unit);
@@ -282,7 +282,7 @@ impl<const P: usize> Transforms<P> {
         for j in 0..P {
             x[j] = 0.5 * ((hi - lo) * self.nodes[j] + (hi + lo));
         }
-        // Clenshaw at all nodes at once: the nodes are the lanes.
+        // Clenshaw's recurrence at all nodes at once, in vector instructions.
         let factors = const { clenshaw::<P>() };
         let (mut b1, mut b2) = ([0.0; P], [0.0; P]);
         for n in (0..P).rev() {
@@ -332,7 +332,8 @@ impl<const P: usize> Transforms<P> {
         &self.quotient
     }
 
-    /// The map from values at the nodes: `[j]` is the series of a unit at node j.
+    /// The map from values at the nodes to the series: `[j]` is the series of the value 1 at node j and 0 at
+    /// the others.
     pub fn to_series(&self) -> &[[f64; P]; P] {
         &self.to_series
     }

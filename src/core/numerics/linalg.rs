@@ -1,6 +1,5 @@
-//! Small dense algebra: products, inverse, linear solve, Cholesky factors, eigenvalues, single
-//! eigenvectors, a Fourier transform. In plain loops if the process uses portable
-//! instructions only.
+//! Small dense algebra: products, inverse, linear equations, Cholesky factors, eigenvalues, single
+//! eigenvectors. It uses the plain loops of [`plain`] if the process is restricted to portable instructions.
 
 use super::instructions::portable;
 use super::plain;
@@ -47,14 +46,14 @@ pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
     }
 }
 
-/// Eigenvalues, ascending, and orthonormal vectors of a symmetric matrix (lower half read). `None`
-/// if the iteration fails or an entry is not finite.
+/// Eigenvalues, ascending, and orthonormal eigenvectors of a symmetric matrix, of which only the lower half
+/// is read. `None` if the iteration fails or an entry is not finite.
 ///
-/// Above 128 rows faer divides the tridiagonal matrix. It stops its search for a root of the
-/// secular equation, whose values are about one over the matrix's entries, at an absolute
-/// change of 2e-16. At entries of 10¹⁰ and more it stops at once, with relative errors of eigenvalues of
-/// a thousandth. The matrix is therefore scaled to entries of about one, by a power of two to avoid
-/// rounding.
+/// Above 128 rows, faer uses a divide-and-conquer method. Its search for a root of the secular equation ends
+/// at an absolute change of 2e-16. The values of this equation are about the reciprocals of the matrix
+/// entries. With entries of 10¹⁰ and more the search therefore ends at once, and eigenvalues have relative
+/// errors of a thousandth. To prevent this, the matrix is scaled to entries of about one, by a power of two
+/// to avoid rounding.
 pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     if portable() {
         return plain::symmetric_eigen(matrix);
@@ -72,11 +71,12 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     Some((values, solution.U().to_owned()))
 }
 
-/// Inverse of the matrix given by columns, `columns[j][i] = A_ij`; columns of the inverse.
-/// Gauss–Jordan elimination in place with partial pivoting: for a matrix this small the
-/// preparations of a general solver would take longer.
+/// Inverse of a matrix. Both are stored by columns, `columns[j][i] = A_ij`. The method is Gauss–Jordan
+/// elimination in place with partial pivoting. For small matrices the preparations of a general solver would
+/// take longer.
 pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
-    // Columns of A are rows of its transpose; the same holds for the inverse.
+    // The columns of A are the rows of its transpose, and the same holds for the inverse: invert the
+    // transpose by rows.
     let mut a = *columns;
     let mut pivots = [0; P];
     for k in 0..P {
@@ -112,15 +112,16 @@ pub fn invert<const P: usize>(columns: &[[f64; P]; P]) -> [[f64; P]; P] {
     a
 }
 
-/// Equations for which the preparations of a general solver take longer than the elimination.
+/// Largest number of equations for which the preparations of a general solver take longer than the
+/// elimination.
 const SMALL: usize = 8;
 
-/// Solution of `A x = b` by partial pivoting.
+/// Solution of `A x = b`, by elimination with partial pivoting.
 pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     if portable() || rhs.len() <= SMALL {
         return plain::Lu::new(matrix.to_owned()).solve(rhs);
     }
-    // Without copies of both factors, unlike a decomposition of the library.
+    // Call the parts of the library's decomposition directly, which avoids copies of both factors.
     let n = rhs.len();
     let (mut factors, mut x) = (matrix.to_owned(), rhs.to_vec());
     let (mut order, mut inverse) = (vec![0_usize; n], vec![0_usize; n]);
@@ -143,7 +144,7 @@ fn unit(largest: f64) -> f64 {
     if largest == 0.0 || (1e-100..1e100).contains(&largest) {
         1.0
     } else {
-        // The reciprocal of the smallest numbers would be infinite.
+        // Limit the exponent, because the reciprocals of the smallest numbers are infinite.
         largest.log2().floor().clamp(-1022.0, 1022.0).exp2()
     }
 }
@@ -175,8 +176,8 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
 pub struct EigenPair {
     /// The eigenvalue.
     pub value: Complex64,
-    /// Real and imaginary part of the eigenvector, of unit Euclidean norm together; the
-    /// imaginary part of a real eigenvalue's is zero.
+    /// Real and imaginary part of the eigenvector, whose Euclidean norm is 1. The imaginary part is zero for
+    /// a real eigenvalue.
     pub vector: [Vec<f64>; 2],
 }
 
@@ -189,11 +190,11 @@ const MOST_INVERSE_STEPS: usize = 12;
 const EIGENVECTOR_RESIDUAL: f64 = 1e-13;
 
 /// The eigenvalue nearest to `near` with its right eigenvector, by inverse iteration. It needs one
-/// factorisation; a whole decomposition takes as long as about twenty. `None` if the matrix is not finite or
-/// the iteration does not converge.
+/// factorisation, whereas a complete eigenvalue decomposition takes about as long as twenty. `None` if the
+/// matrix is not finite or the iteration does not converge.
 pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> {
     let n = matrix.nrows();
-    // A maximum, whose bits do not depend on the order.
+    // The bits of a maximum, unlike those of a sum, do not depend on the order.
     let size = matrix.norm_max();
     if n == 0 || !size.is_finite() {
         return None;
@@ -204,11 +205,12 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
         pair.value *= unit;
         return Some(pair);
     }
-    // A start that is unlikely to be orthogonal to any structure of the matrix.
+    // This start is unlikely to be orthogonal to an eigenvector.
     let start = Mat::from_fn(n, 1, |i, _| {
         c64((1.0 + i as f64).sin(), (0.5 + i as f64).cos())
     });
-    // An exact eigenvalue would make the shifted matrix singular; so might a shift close to it.
+    // With an exact eigenvalue the shifted matrix would be singular. The first shift may hit an eigenvalue,
+    // so try two.
     let (factors, mut vector) = [1.0, 4.0].into_iter().find_map(|offset| {
         let shift = near + offset * f64::EPSILON * size;
         let shifted = Mat::from_fn(n, n, |i, j| {
@@ -244,7 +246,7 @@ pub fn eigenpair(matrix: MatRef<'_, f64>, near: Complex64) -> Option<EigenPair> 
 /// The factors of a shifted matrix.
 enum Shifted {
     Library(PartialPivLu<Complex64>),
-    /// Factors of the equivalent real matrix for real and imaginary parts, stacked.
+    /// Factors of the equivalent real matrix for the real parts followed by the imaginary parts.
     Plain(plain::Lu),
 }
 
@@ -300,7 +302,8 @@ fn image(matrix: MatRef<'_, f64>, vector: &Mat<Complex64>) -> Vec<Complex64> {
     image
 }
 
-/// The eigenpair from an iterate; the vector of a real eigenvalue is rotated until it is real.
+/// The eigenpair from an iterate. The vector of a real eigenvalue is multiplied by a phase that makes it
+/// real.
 fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair {
     let n = vector.nrows();
     let mut turn = c64(1.0, 0.0);
@@ -316,7 +319,7 @@ fn polished(value: Complex64, vector: &Mat<Complex64>, real: bool) -> EigenPair 
     let imaginary = |part: f64| if real { 0.0 } else { part };
     let mut turned: Vec<Complex64> = (0..n).map(|i| turn * vector[(i, 0)]).collect();
     if real {
-        // Of a multiple eigenvalue, the imaginary part is a vector of its own.
+        // For a multiple eigenvalue, the imaginary part may be another eigenvector. It is dropped.
         let length = turned.iter().map(|z| z.re * z.re).sum::<f64>().sqrt();
         turned.iter_mut().for_each(|z| *z /= length);
     }
@@ -411,7 +414,7 @@ mod tests {
         }
     }
 
-    /// Every vector belongs to a multiple eigenvalue. The found one is real and has unit length all the same.
+    /// Every vector is an eigenvector here. The result is nevertheless real and has unit length.
     #[test]
     fn the_vector_of_a_multiple_eigenvalue_has_unit_length() {
         for n in [2, 3] {
@@ -439,7 +442,8 @@ mod tests {
         }
     }
 
-    /// The eigenvalue may be any neighbour of the given number: no shift makes the matrix effectively singular.
+    /// The eigenvalue may be any double close to the given number: no shift makes the shifted matrix
+    /// singular.
     #[test]
     fn eigenvalues_beside_the_given_one_are_found() {
         for n in [1, 2] {
@@ -452,7 +456,7 @@ mod tests {
         }
     }
 
-    /// Also where products of entries underflow, or overflow.
+    /// Eigenvalues are found even if products of entries underflow or overflow.
     #[test]
     fn eigenvalues_scale_with_the_matrix() {
         let entries = [[0.1, -0.8, 0.2], [0.9, 0.2, 0.0], [0.3, 0.0, 0.4]];

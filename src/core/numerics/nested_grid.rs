@@ -1,14 +1,13 @@
-//! How are the places of a plane numbered if parts of it are halved repeatedly?
+//! How are the points of a grid with two axes numbered, if parts of the grid are halved repeatedly?
 //!
 //! Level 0 is a grid of `rows × columns` places. Level l divides each interval of level 0 into `2^l`
-//! intervals. Places are numbered level by level, each place at its first level, and row
-//! by row within a level. Numbers do not change if further levels follow, and those of level 0
-//! are the numbers of the grid without levels. Coordinates `[row, column]` count the intervals of
-//! the last level.
+//! intervals. A place belongs to the first level that contains it. Places are numbered level by level, and
+//! row by row within a level. Numbers do not change if further levels follow. The numbers of level 0 are
+//! those of the grid without levels. Coordinates `[row, column]` count the intervals of the last level.
 
 use serde::{Deserialize, Serialize};
 
-/// A grid of two axes and its halvings.
+/// A grid with two axes, whose intervals may be halved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NestedGrid {
     /// Rows and columns of level 0, two or more each.
@@ -22,7 +21,7 @@ pub struct NestedGrid {
 pub struct Cell {
     /// Its smallest row and column.
     pub corner: [usize; 2],
-    /// Intervals of the last level down and across it, powers of two.
+    /// Its height and width in intervals of the last level, powers of two.
     pub sides: [usize; 2],
 }
 
@@ -85,7 +84,7 @@ impl NestedGrid {
     }
 
     /// The cells that are not divided further, row by row within each cell of level 0. A cell is halved along
-    /// an axis if `known` holds for the middles of both its edges along this axis.
+    /// an axis if `known` is true for the middles of both its edges along this axis.
     pub fn leaves(&self, known: impl Fn([usize; 2]) -> bool) -> Vec<Cell> {
         let side = 1 << self.levels;
         let mut leaves = Vec::new();
@@ -174,7 +173,7 @@ mod tests {
         }
     }
 
-    /// The numbers of a plane are those of the same plane with fewer levels.
+    /// The numbers of a grid do not change if levels are added.
     #[test]
     fn further_levels_leave_numbers_as_they_are() {
         for grid in GRIDS {
@@ -194,7 +193,8 @@ mod tests {
     #[test]
     fn leaves_cover_the_plane_once() {
         let grid = GRIDS[0];
-        // Divided around one place, as deep as possible, and across along the last row.
+        // The grid is divided down to the last level around one place, and across the columns near the last
+        // row.
         let known = |place: [usize; 2]| {
             let level = grid.level(grid.number(place));
             let reach = 2 << (grid.levels - level);

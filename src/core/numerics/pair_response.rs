@@ -9,9 +9,9 @@
 //! n ≥ 1:  z_n − h A (z_{n−1}/(2n−1) − z_{n+1}/(2n+3))      = h (v_{n−1}/(2n−1) − v_{n+1}/(2n+3))
 //! ```
 //!
-//! and is eliminated from the first term on. Its leading minors are denominators of Padé
-//! approximants of the exponential, whose zeros lie in the right half-plane: they do not vanish for
-//! motion that does not grow. The omitted term is that of a window's truncation.
+//! and is solved by elimination from the first term on. Its leading minors are denominators of Padé
+//! approximants of the exponential. Their zeros lie in the right half-plane, so that they do not vanish for
+//! motion that does not grow. The omitted term is as small as the truncation error of the window's series.
 
 /// A 2 × 2 matrix, row by row.
 type Square = [[f64; 2]; 2];
@@ -27,7 +27,7 @@ pub struct PairResponse<const P: usize> {
     inverses: [Square; P],
 }
 
-/// Both components' Legendre series.
+/// The Legendre series of both components.
 pub type PairSeries<const P: usize> = [[f64; P]; 2];
 
 impl<const P: usize> PairResponse<P> {
@@ -37,7 +37,8 @@ impl<const P: usize> PairResponse<P> {
         let scaled = matrix.map(|row| row.map(|a| half * a));
         let square = times(&scaled, &scaled);
         let mut inverses = [[[0.0; 2]; 2]; P];
-        // I − hA + …, then I + (hA)²/((2n−1)(2n+1)) D⁻¹.
+        // The first pivot is I − hA. The next ones are I + (hA)²/((2n−1)(2n+1)) D⁻¹, with D the previous
+        // pivot.
         let mut pivot = combined(1.0, &scaled, -1.0);
         for (n, inverse) in inverses.iter_mut().enumerate() {
             *inverse = inverted(&pivot);

@@ -1,7 +1,7 @@
-//! Dense algebra in plain loops, whose sums have the same order on every processor.
-//! [`super::linalg`] uses it if a process is restricted to portable instructions, and always for eigenvalues,
-//! where it is faster. The library used otherwise chooses vectors, fused
-//! multiply-adds and block sizes by the processor.
+//! Dense algebra in plain loops, whose sums have the same order on every processor. [`super::linalg`] uses it
+//! if the process is restricted to portable instructions, and always for eigenvalues, where it is faster.
+//! Otherwise it uses the library faer, which chooses vector instructions, fused multiply-adds and block sizes
+//! by the processor.
 
 mod general;
 mod symmetric;
@@ -26,7 +26,8 @@ pub fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     out
 }
 
-/// A matrix as `P A = L U`, rows swapped so that every pivot is the largest of its column.
+/// The factors of a matrix, `P A = L U`, with rows swapped such that every pivot is the largest entry of its
+/// column.
 #[derive(Debug)]
 pub struct Lu {
     factors: Mat<f64>,
@@ -96,7 +97,7 @@ pub fn cholesky(matrix: &Mat<f64>) -> Option<Mat<f64>> {
                 sum -= lower[(i, k)] * lower[(j, k)];
             }
             lower[(i, j)] = match i == j {
-                // Written so that a NaN fails.
+                // This form of the condition rejects a NaN.
                 true if sum > 0.0 => sum.sqrt(),
                 true => return None,
                 false => sum / lower[(j, j)],
@@ -132,8 +133,10 @@ pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
     }
 }
 
-/// The discrete Fourier transform of real values, a power of two of them: the terms up to half
-/// their number.
+/// The discrete Fourier transform of real values, whose number n must be a power of two: the terms 0 to n/2.
+///
+/// # Panics
+/// If n is not a power of two.
 pub fn transform(values: &[f64]) -> Vec<Complex64> {
     let n = values.len();
     assert!(n.is_power_of_two(), "{n} values");
@@ -248,8 +251,8 @@ mod tests {
         assert!(eigenvalues(Mat::from_fn(2, 2, |_, _| f64::NAN).as_ref()).is_none());
     }
 
-    /// Ordinary shifts are zero if each coordinate maps to the next, and a step returns the same matrix: only
-    /// exceptional shifts change it.
+    /// The matrix maps each coordinate to the next one. Ordinary shifts are then zero, and a step returns the
+    /// same matrix. Only exceptional shifts change it.
     #[test]
     fn roots_of_unity_are_found_where_ordinary_steps_stand_still() {
         for n in 3..=12 {
@@ -266,8 +269,8 @@ mod tests {
         }
     }
 
-    /// The maps exp(r [0 1; -1 -2 z]) of modes with damping z near 1 and nearly equal rates r, and
-    /// rotations, with several common reflections.
+    /// A block matrix of maps exp(r [0 1; -1 -2 z]), with damping ratios z near 1 and nearly equal rates r,
+    /// and of rotations. Random reflections transform the whole matrix.
     #[test]
     fn clusters_of_nearly_double_eigenvalues_are_found() {
         for number in 0..300 {

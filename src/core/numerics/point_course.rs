@@ -1,9 +1,9 @@
-//! Courses (functions) through points: piecewise linear, or cubics without overshoot.
+//! Functions through given points: piecewise linear, or piecewise cubic without overshoot.
 
 use strum::EnumString;
 
-/// A function through points, drawn or measured; 0 without points. Outside their range it has the value of
-/// the nearer end.
+/// A function of one variable through given points. Outside the range of the points it has the value of the
+/// nearer end. Without points it is 0.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct PointCourse {
     /// Positions, increasing, each with its value.
@@ -19,8 +19,7 @@ pub enum BetweenPoints {
     /// Straight lines.
     #[default]
     Linear,
-    /// Cubics with continuous slope, monotone wherever the points are (Fritsch & Butland
-    /// 1984).
+    /// Cubics with a continuous slope. They are monotone where the points are (Fritsch & Butland 1984).
     Monotone,
 }
 
@@ -46,8 +45,8 @@ impl PointCourse {
         self.cubic(place)[0]
     }
 
-    /// The course from a position to the next point, in powers of the distance from that position. At a point it is the
-    /// piece after it.
+    /// Coefficients of the function from a position to the next point, in powers of the distance from the
+    /// position. At a point they belong to the piece after it.
     pub fn cubic(&self, place: f64) -> [f64; 4] {
         let after = self.points.partition_point(|point| point[0] <= place);
         let (Some(before), Some(&[to, end])) = (after.checked_sub(1), self.points.get(after))
@@ -62,8 +61,8 @@ impl PointCourse {
         match self.between {
             BetweenPoints::Linear => [line, rise, 0.0, 0.0],
             BetweenPoints::Monotone => {
-                // Hermite's cubic: the line and `length part rest (one rest − two part)`, the contribution of the
-                // slopes at its ends.
+                // Hermite's cubic is the sum of the line and `length part rest (one rest − two part)`. The
+                // latter is the contribution of the slopes at both ends.
                 let [one, two] = [before, after].map(|point| self.slope(point) - rise);
                 let rest = 1.0 - part;
                 [
@@ -76,12 +75,13 @@ impl PointCourse {
         }
     }
 
-    /// Positions at which the course has a kink in its value or in its slope.
+    /// The positions of all points: only there the function may have a kink in its value or in its slope.
     pub fn kinks(&self) -> impl Iterator<Item = f64> {
         self.points.iter().map(|point| point[0])
     }
 
-    /// The first point that is not beyond the previous one, or is not finite.
+    /// Index of the first point that is not finite, or whose position is not larger than that of the previous
+    /// point.
     pub fn first_out_of_order(&self) -> Option<usize> {
         let finite = |point: &[f64; 2]| point.iter().all(|value| value.is_finite());
         (0..self.points.len()).find(|&i| {
@@ -90,8 +90,9 @@ impl PointCourse {
         })
     }
 
-    /// Slope of the monotone course at a point. It is 0 at extremes, and at ends where the neighbour's rise would
-    /// overshoot; otherwise the weighted harmonic mean of the rises on both sides.
+    /// Slope of the monotone cubics at a point. Inside it is the weighted harmonic mean of the rises on both
+    /// sides, or 0 at an extreme. At an end it is the slope of the parabola through three points, limited
+    /// such that it does not overshoot.
     fn slope(&self, point: usize) -> f64 {
         let points = &self.points;
         let rise = |i: usize| {
@@ -151,8 +152,8 @@ mod tests {
         assert_eq!(PointCourse::default().at(1.0), 0.0);
     }
 
-    /// Piecewise linear courses are of second order, cubics of at least third order if the course is increasing
-    /// throughout.
+    /// Linear interpolation is of second order. Cubics are of at least third order if the function increases
+    /// everywhere.
     #[test]
     fn orders_of_the_courses() {
         let exact = |x: f64| (0.8 * x).exp();
@@ -173,8 +174,9 @@ mod tests {
         }
     }
 
-    /// Slopes of the cubics at their points, by hand: the parabola through three points at an end, at most three rises
-    /// if the course has an extreme next to it, 0 if the sign would be wrong, and the weighted harmonic mean inside.
+    /// Slopes of the cubics, calculated by hand. At an end it is the slope of the parabola through three
+    /// points. It is at most three rises if an extreme is next to the end, and 0 if its sign would be wrong.
+    /// Inside it is the weighted harmonic mean.
     #[test]
     fn slopes_of_the_cubics_are_those_of_the_rises() {
         let slopes = |points: &[[f64; 2]]| -> Vec<f64> {
@@ -214,7 +216,7 @@ mod tests {
         assert_eq!(course(&[[0.0, f64::NAN]]).first_out_of_order(), Some(0));
     }
 
-    /// A piece from any position equals the course up to the next point.
+    /// The coefficients at any position give the function up to the next point.
     #[test]
     fn pieces_are_the_course() {
         let points = vec![[1.0, 0.0], [2.0, 0.5], [3.0, 6.0], [5.0, 7.0], [6.0, 2.0]];

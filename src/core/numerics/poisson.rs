@@ -1,4 +1,4 @@
-//! Exact intervals of the rate of rare events.
+//! Exact confidence intervals of the rate of rare events.
 
 /// Probability beyond each end of a 95 % interval.
 const TAIL: f64 = 0.025;
@@ -6,7 +6,7 @@ const TAIL: f64 = 0.025;
 /// Largest number of steps of Newton's method. It takes about five.
 const MOST_STEPS: usize = 50;
 
-/// Largest number of events for which the Poisson sums are computed.
+/// Largest number of events for which the sums over the Poisson distribution are computed.
 const MOST_SUMMED: f64 = 1e9;
 
 /// Exact 95 % interval of the rate of a Poisson process with `count` events in `exposure`
@@ -16,15 +16,16 @@ const MOST_SUMMED: f64 = 1e9;
 /// [χ²(0.025; 2k)/2T, χ²(0.975; 2k + 2)/2T]
 /// ```
 ///
-/// Without events the lower end is 0. The exposure must be positive. The work grows as √k. Beyond
-/// 10⁹ events the ends are those of Wilson and Hilferty, which are then exact to 10⁻¹².
+/// Without events the lower end is 0. The exposure must be positive. The work grows as √k. For more than 10⁹
+/// events the ends are those of Wilson and Hilferty, which are then exact to 10⁻¹².
 pub fn rate_interval(count: u64, exposure: f64) -> [f64; 2] {
     let k = count as f64;
     let lower = if count == 0 { 0.0 } else { lower_mean(k) };
     [lower / exposure, upper_mean(k) / exposure]
 }
 
-/// The mean μ below which k or more events are too rare: `Σ_{j ≥ k} p(j; μ) = 0.025`.
+/// The lower end: the mean μ at which k or more events have the probability 0.025,
+/// `Σ_{j ≥ k} p(j; μ) = 0.025`.
 fn lower_mean(k: f64) -> f64 {
     let guess = quantile_guess(k, -1.0);
     if k > MOST_SUMMED {
@@ -37,7 +38,8 @@ fn lower_mean(k: f64) -> f64 {
     })
 }
 
-/// The mean μ above which k or fewer events are too rare: `Σ_{j ≤ k} p(j; μ) = 0.025`.
+/// The upper end: the mean μ at which k or fewer events have the probability 0.025,
+/// `Σ_{j ≤ k} p(j; μ) = 0.025`.
 fn upper_mean(k: f64) -> f64 {
     let guess = quantile_guess(k + 1.0, 1.0);
     if k > MOST_SUMMED {
@@ -66,7 +68,7 @@ fn solve(start: f64, log_tail: impl Fn(f64) -> [f64; 2]) -> f64 {
     mean
 }
 
-/// χ²(2k)/2 at the lower or upper 2.5 % (Wilson & Hilferty 1931).
+/// Approximate χ²(2k)/2 at the lower (`sign` −1) or upper (+1) 2.5 % (Wilson & Hilferty 1931).
 fn quantile_guess(k: f64, sign: f64) -> f64 {
     let ninth = 1.0 / (9.0 * k);
     k * (1.0 - ninth + sign * 1.959_963_984_540_054 * ninth.sqrt())
@@ -74,7 +76,7 @@ fn quantile_guess(k: f64, sign: f64) -> f64 {
         .powi(3)
 }
 
-/// `1 + r₀ + r₀ r₁ + …` for decreasing factors, until terms are negligible.
+/// `1 + r₀ + r₀ r₁ + …` for decreasing factors r, until the terms are negligible.
 fn sum_of_products(factors: impl Iterator<Item = f64>) -> f64 {
     let (mut sum, mut term) = (1.0, 1.0);
     for factor in factors {

@@ -1,30 +1,31 @@
 //! Moduli of the eigenvalues of a product of matrices, including small ones.
 //!
-//! The eigenvalues of the product as a single matrix M have the round-off of its largest entries: much smaller
-//! ones are noise. Here the factors are applied one after the other to orthonormal
+//! The eigenvalues of the product as a single matrix M have the round-off of its largest entries, so that
+//! much smaller eigenvalues are noise. Here the factors are applied one after the other to orthonormal
 //! columns (simultaneous iteration),
 //!
 //! ```text
 //! A_c Q_{c−1} = Q_c R_c,        Q_0ᵀ M Q_0 = W D U,    W = Q_0ᵀ Q_k,   D U = R_k … R_1
 //! ```
 //!
-//! with D diagonal, stored as logarithms, and U unit upper triangular. Sweep by sweep Q_k becomes the next
-//! Q_0, and W becomes block triangular wherever moduli differ. The eigenvalues of each block are computed separately,
-//! scaled so that nothing underflows.
+//! with D diagonal, stored as logarithms, and U unit upper triangular. Q_k is the Q_0 of the next sweep.
+//! After some sweeps W is block triangular wherever moduli differ. The eigenvalues of each block are computed
+//! separately, with a scale that prevents underflow.
 
 use super::linalg::{eigenvalues, product};
 use faer::Mat;
 
-/// Largest number of sweeps. After this many a block splits if neighbouring moduli differ by a third.
+/// Largest number of sweeps. After so many sweeps, blocks are separate if their moduli differ by a third.
 const MOST_SWEEPS: usize = 60;
 
-/// Largest number of multiplications of all sweeps. They take a second or two.
+/// Largest number of multiplications in all sweeps together. They take one or two seconds.
 const MOST_WORK: f64 = 2e9;
 
-/// Entry of W below which a block is separate: it changes eigenvalues by this part.
+/// Entry of W below which blocks count as separate. Such an entry changes eigenvalues by at most this
+/// fraction.
 const SPLIT: f64 = 1e-10;
 
-/// A logarithm with its error, infinite if it is unknown.
+/// A logarithm with its error. The error is infinite if the logarithm is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Logarithm {
     /// The logarithm.
@@ -34,7 +35,7 @@ pub struct Logarithm {
 }
 
 impl Logarithm {
-    /// The logarithm of a modulus with the relative uncertainty `noise`.
+    /// The logarithm of a modulus whose relative uncertainty is `noise`.
     pub fn blurred(modulus: f64, noise: f64) -> Self {
         Self {
             value: modulus.ln(),
@@ -52,14 +53,15 @@ fn blur(part: f64) -> f64 {
 /// Matrix entries below this size have lost digits to underflow.
 const UNDERFLOW: f64 = 1e-290;
 
-/// Round-off of a matrix as a part of a modulus.
+/// Round-off of the eigenvalues of a matrix, relative to a modulus.
 pub fn round_off(matrix: &Mat<f64>, modulus: f64) -> f64 {
     matrix.nrows() as f64 * f64::EPSILON * (matrix.norm_max() + UNDERFLOW) / modulus
 }
 
-/// Logarithms of the moduli of the eigenvalues of `A_k … A_1`, factors in the order A_1 … A_k, largest
-/// first. Sweeps end when each of the first `wanted` has the error `enough`, apart from round-off of the
-/// factors, or at a limit. `None` if a factor is singular.
+/// Logarithms of the moduli of the eigenvalues of the product `A_k … A_1`, the largest first. The factors are
+/// in the order A_1 … A_k. Sweeps end when each of the first `wanted` logarithms has at most the error
+/// `enough`, apart from round-off of the factors, or at a limit of work. `None` if a factor is singular, if a
+/// single sweep exceeds this limit, or if no sweep gives eigenvalues.
 pub fn logarithms(factors: &[Mat<f64>], wanted: usize, enough: f64) -> Option<Vec<Logarithm>> {
     let n = factors.first()?.nrows();
     let work = factors.len() as f64 * 4.0 * (n as f64).powi(3);
@@ -177,8 +179,8 @@ impl Sweep {
     }
 }
 
-/// Orthonormalises columns, by Gram–Schmidt twice, and returns the upper triangle R of the
-/// factorisation. `None` if they are dependent.
+/// Orthonormalises columns by two passes of Gram–Schmidt, and returns the upper triangle R of the
+/// factorisation. `None` if the columns are linearly dependent.
 fn orthonormalise(columns: &mut Mat<f64>) -> Option<Mat<f64>> {
     let n = columns.nrows();
     let mut triangle = Mat::zeros(n, n);
@@ -209,8 +211,8 @@ mod tests {
     use super::*;
     use crate::numerics::random::Stream;
 
-    /// Factors `S_c T_c S_{c−1}⁻¹` around a cycle, S_c orthogonal, T_c upper triangular except for two
-    /// rotations by an angle: moduli are those of the diagonals.
+    /// Factors `S_c T_c S_{c−1}⁻¹` around a cycle. S_c is orthogonal. T_c is upper triangular, except that
+    /// two equal moduli form a scaled rotation. The moduli of the eigenvalues are therefore the given ones.
     fn factors(count: usize, moduli: &[f64]) -> Vec<Mat<f64>> {
         let n = moduli.len();
         let mut stream = Stream::new(5, 6, 7);

@@ -23,7 +23,7 @@ pub fn wilson_interval(successes: usize, trials: usize) -> [f64; 2] {
     let square = Z * Z / n;
     let centre = p + 0.5 * square;
     let half = Z * (p * (1.0 - p) / n + 0.25 * square / n).sqrt();
-    // The ends are exact at 0 and 1, where the two terms cancel to round-off only.
+    // At 0 and 1 return exact ends, because the difference of the two terms has round-off.
     [
         if successes == 0 { 0.0 } else { (centre - half) / (1.0 + square) },
         if successes == trials { 1.0 } else { (centre + half) / (1.0 + square) },

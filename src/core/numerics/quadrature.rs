@@ -12,16 +12,16 @@ pub struct GaussLegendre {
 }
 
 impl GaussLegendre {
-    /// The rule with `n ≥ 1` nodes, by Newton's iteration on `P_n` from Tricomi's guess. The iteration is on the
-    /// distance y = 1 − x from the end, which also gives the weight `2 / ((1 − x²) P_n'²)`. With the rounded
-    /// x the weight would lose the digits that cancel in 1 − x², three of them with 64 nodes.
+    /// The rule with `n ≥ 1` nodes, by Newton's iteration on `P_n` from Tricomi's guess. The unknown is the
+    /// distance y = 1 − x from the end. It also gives the weight `2 / ((1 − x²) P_n'²)`. With a rounded x the
+    /// weight would lose the digits that cancel in 1 − x²: three digits with 64 nodes.
     pub fn new(n: usize) -> Self {
         let mut nodes = vec![0.0; n];
         let mut weights = vec![0.0; n];
         for i in 0..n.div_ceil(2) {
             let half_angle = 0.5 * PI * (i as f64 + 0.75) / (n as f64 + 0.5);
             let mut y = 2.0 * half_angle.sin().powi(2);
-            // Quadratic convergence from a guess with an error of 1e-4: five steps reach round-off.
+            // The error of the guess is 1e-4, and convergence is quadratic: five steps reach round-off.
             for _ in 0..6 {
                 let (p, dp) = legendre_and_derivative(n, y);
                 y += p / dp;
@@ -41,7 +41,7 @@ impl GaussLegendre {
 }
 
 /// `(P_n(x), P_n'(x))` at x = 1 − y, 0 < y ≤ 1, n ≥ 1, by the recurrence of the differences `D_k = P_k − P_{k−1}`,
-/// `(k+1) D_{k+1} = k D_k − (2k+1) y P_k`, which loses nothing near the end.
+/// `(k+1) D_{k+1} = k D_k − (2k+1) y P_k`. This recurrence loses no digits near the end.
 fn legendre_and_derivative(n: usize, y: f64) -> (f64, f64) {
     let (mut value, mut difference) = (1.0 - y, -y);
     for k in 1..n {

@@ -1,47 +1,48 @@
-//! Random streams that are determined by numbers, not by scheduling.
+//! Random streams that depend only on given numbers, not on the scheduling of threads.
 
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-/// A stream of normal deviates that is determined by (seed, point, probe).
+/// A stream of random deviates. The numbers (seed, point, probe) determine it.
 pub struct Stream(Pcg64);
 
 /// The numbers of a point that determine its random streams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PointSeed {
-    /// Root of every random stream of a job.
+    /// Seed of all random streams of a job.
     pub seed: u64,
     /// Number of the point.
     pub point_id: u64,
 }
 
 impl PointSeed {
-    /// One of the point's streams.
+    /// The stream of the point with a number.
     pub fn stream(self, number: u64) -> Stream {
         Stream::new(self.seed, self.point_id, number)
     }
 }
 
 impl Stream {
-    /// The stream of a point and a probe under a root seed.
+    /// The stream of a point and a probe for a seed of the job.
     pub fn new(seed: u64, point: u64, probe: u64) -> Self {
         let mut bytes = [0; 32];
-        // The second half is the generator's increment, whose lowest bit is always set. A
-        // probe number there would give the same stream as its odd neighbour.
+        // The second half of the bytes is the generator's increment, whose lowest bit is always set. An even
+        // probe number there would give the same stream as the next odd one. The number is therefore rotated
+        // by one bit.
         let probe = probe.rotate_left(1);
         let [low, high] = [probe & !1, 0x617c << 1 | probe & 1];
         for (chunk, value) in bytes.chunks_exact_mut(8).zip([seed, point, low, high]) {
             chunk.copy_from_slice(&value.to_le_bytes());
         }
         let mut generator = Pcg64::from_seed(bytes);
-        // Seeds that differ in few bits give correlated first outputs.
+        // Seeds that differ in a few bits give correlated first outputs: discard them.
         for _ in 0..16 {
             generator.next_u64();
         }
         Self(generator)
     }
 
-    /// A deviate uniform on (0, 1).
+    /// A uniform deviate on (0, 1).
     pub fn uniform(&mut self) -> f64 {
         ((self.0.next_u64() >> 11) as f64 + 0.5) * (-53f64).exp2()
     }

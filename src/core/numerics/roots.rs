@@ -1,10 +1,10 @@
-//! Where does a margin, given as a Legendre series, first become negative, and
-//! where does a series change its sign?
+//! Where does a Legendre series first become negative, and where does it change its sign? A margin is a
+//! series that is positive as long as a contact keeps its state.
 //!
-//! Certificates make the search safe. If `|a[0]| > Σ_{n≥1}|a[n]|` there is no root. If the
-//! derivative's series satisfies the same there is at most one. Otherwise the interval is halved,
-//! left half first, so that neither of two close roots can be skipped. If the whole sub-series lies within round-off,
-//! the undecided part is a tangency.
+//! Sufficient conditions, called certificates, make the search safe. If `|a[0]| > Σ_{n≥1}|a[n]|` there is no
+//! root. If the series of the derivative satisfies this condition, there is at most one root. Otherwise the
+//! interval is halved, and the left half is searched first, so that neither of two close roots is skipped. If
+//! all values on an undecided part are round-off, the part counts as a tangency.
 
 use super::arithmetic::{Arithmetic, Bounds, Portable};
 use super::legendre::{self, SAMPLES, Transforms, sample_place};
@@ -12,11 +12,11 @@ use super::legendre::{self, SAMPLES, Transforms, sample_place};
 /// Result of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Search {
-    /// Where the margin becomes negative, in \[−1, limit\], if it does.
+    /// Position in \[−1, limit\] where the margin becomes negative; `None` if it does not.
     pub exit: Option<f64>,
     /// Number of tangencies before the exit.
     pub grazings: u32,
-    /// Whether the first certificate decided.
+    /// Whether the first certificate decided that there is no exit.
     pub certified: bool,
     /// Number of bisections.
     pub bisections: u32,
@@ -24,7 +24,7 @@ pub struct Search {
     pub newton_steps: u32,
 }
 
-/// Deepest halving: a sub-interval of 2⁻⁵⁰ windows is below the resolution of time.
+/// Largest number of successive halvings: a sub-interval of 2⁻⁵⁰ windows is below the resolution of time.
 const DEEPEST: u32 = 50;
 
 impl Search {
@@ -38,11 +38,11 @@ impl Search {
     };
 }
 
-/// Finds the earliest x in \[−1, `limit`\] at which `margin` passes from non-negative to
-/// negative. Values within `noise` of zero are round-off.
+/// Finds the earliest x in \[−1, `limit`\] at which `margin` changes from non-negative to negative. Values
+/// within `noise` of zero are round-off.
 ///
-/// A margin that is negative at the very start (beyond `noise`, or within it and falling)
-/// exits at x = −1.
+/// If the margin is already negative at its start, the exit is at x = −1. This requires a value below
+/// `−noise`, or a falling margin and a value from `−noise` to 0.
 #[inline(always)]
 pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -90,8 +90,7 @@ pub fn earliest_exit<const P: usize, A: Arithmetic<P>>(
     search
 }
 
-/// [`earliest_exit`] for a margin that falls everywhere and is not negative at its start
-/// beyond noise.
+/// As [`earliest_exit`], for a margin that falls everywhere and whose start is not negative beyond noise.
 #[inline(always)]
 pub fn exit_of_falling<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -127,7 +126,7 @@ impl Interval {
         }
     }
 
-    /// Position of x ∈ \[−1, 1\] of the part's series.
+    /// Position in the whole interval of the position x ∈ \[−1, 1\] of the part.
     fn place(self, x: f64) -> f64 {
         self.start + 0.5 * self.length * (x + 1.0)
     }
@@ -139,7 +138,7 @@ enum Verdict {
     Clear,
     /// Exit at this position of the interval.
     Exit(f64),
-    /// Neither is certified.
+    /// No certificate decides.
     Undecided,
 }
 
@@ -158,7 +157,7 @@ fn examine<const P: usize, A: Arithmetic<P>>(
     decide::<P, A>(transforms, series, bounds, noise, depth, search)
 }
 
-/// Decides by further certificates if the size of the series does not.
+/// Decides by the derivative, the size and the depth of a series whose first certificate does not decide.
 #[inline(always)]
 fn decide<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -185,8 +184,8 @@ fn decide<const P: usize, A: Arithmetic<P>>(
     Verdict::Undecided
 }
 
-/// Examines the halves of an undecided part, left half first. It is rarely called, so
-/// one compilation serves every processor.
+/// Examines the halves of an undecided part, the left half first. It is rarely called, so that the portable
+/// arithmetic is fast enough.
 #[cold]
 fn halve<const P: usize>(
     transforms: &Transforms<P>,
@@ -215,12 +214,12 @@ fn halve<const P: usize>(
     None
 }
 
-/// Passes every position in \[−1, 1\] where a series changes its sign, in ascending order, to
-/// `found`, with whether the series rises there.
+/// Passes every position in \[−1, 1\] where a series changes its sign to `visit`, in ascending order, and
+/// whether the series rises there.
 ///
-/// `positive` is the sign before, kept from one series to the next, so that a change at
-/// the joint of two is found once; `None` at the very start. Values within `noise` of zero have
-/// no sign: a touch without a crossing is not a change.
+/// `positive` is the last sign, `None` before the first series. It is kept from one series to the next, so
+/// that a change at the joint of two series is found once. Values within `noise` of zero have no sign: a
+/// touch without a crossing is no change.
 pub fn sign_changes<const P: usize>(
     transforms: &Transforms<P>,
     series: &[f64; P],
@@ -244,7 +243,8 @@ pub fn sign_changes<const P: usize>(
     meet_signs(transforms, series, whole, noise, &mut meet);
 }
 
-/// Visits the signs of a series on a part, from left to right.
+/// Passes values of a series with reliable signs to `meet`, from left to right over a part, each with its
+/// position.
 fn meet_signs<const P: usize>(
     transforms: &Transforms<P>,
     series: &[f64; P],
@@ -280,11 +280,10 @@ fn meet_signs<const P: usize>(
     }
 }
 
-/// The root of a falling series with a non-positive value at its end; −1 if it is
-/// already negative at its start (by round-off).
+/// The root of a falling series whose value at its end is not positive; −1 if its start is not positive.
 ///
-/// Halley's iteration, kept within its bracket. After a small step with little curvature the
-/// error is far below round-off, so no further step is needed to confirm convergence.
+/// The method is Halley's iteration within a bracket. After a small step with little curvature the error is
+/// far below round-off, so that no further step is needed to confirm convergence.
 #[inline(always)]
 fn bracketed_root<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -304,8 +303,8 @@ fn bracketed_root<const P: usize, A: Arithmetic<P>>(
         } else {
             hi = x;
         }
-        // One division: Newton's step is value / slope, and bend / slope² is the effect of
-        // curvature on it.
+        // Halley's step with one division. Newton's step is value / slope; bend / slope² is the relative
+        // effect of curvature on it.
         let (bend, square) = (0.5 * value * curvature, slope * slope);
         let mut next = x - value * slope / (square - bend);
         let small = value.abs() < SMALL_STEP * slope.abs() && bend.abs() < SMALL_STEP * square;
@@ -322,8 +321,8 @@ fn bracketed_root<const P: usize, A: Arithmetic<P>>(
     x
 }
 
-/// The two samples between which a falling series passes zero, and an estimate of the position: from the cubic through
-/// four samples of the position as a function of the value.
+/// An estimate of the root of a falling series, and the positions of the two samples around it. The estimate
+/// is from the cubic through four samples, which gives the position as a function of the value.
 #[inline(always)]
 fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,
@@ -339,7 +338,7 @@ fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     let others = |i: usize, of: &dyn Fn(usize) -> f64| -> f64 {
         (0..4).filter(|j| *j != i).map(of).product()
     };
-    // Lagrange's weights at value zero, for the steps between samples.
+    // Lagrange interpolation at the value zero, in steps between samples.
     let steps: f64 = (1..4)
         .map(|i| i as f64 * others(i, &|j| y[j]) / others(i, &|j| y[j] - y[i]))
         .sum();
@@ -349,8 +348,8 @@ fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     [if inside { x } else { 0.5 * (lo + hi) }, lo, hi]
 }
 
-/// Halley's error is of third order: after a step this small, with curvature this small, it is a fraction of
-/// round-off.
+/// The error of Halley's iteration is of third order. After a relative step below this, with a relative
+/// curvature below this, the error is a fraction of round-off.
 const SMALL_STEP: f64 = 4e-6;
 
 #[cfg(test)]

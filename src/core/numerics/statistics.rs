@@ -1,11 +1,11 @@
 //! Standard errors of averages over correlated series.
 
-/// Smallest number of blocks at the coarsest level. Over ten chaotic points, 95 % intervals have a coverage of 0.91 to
-/// 1.00 with 16 blocks and 0.86 to 1.00 with 32. The relative uncertainty of an error is about 1/√(2·15);
-/// [`interval_factor`] allows for it.
+/// Smallest number of blocks at the coarsest level. At ten chaotic points, 95 % intervals have a coverage of
+/// 0.91 to 1.00 with 16 blocks, and of 0.86 to 1.00 with 32. The relative uncertainty of a standard error is
+/// about 1/√(2·15). [`interval_factor`] takes it into account.
 pub const FEWEST_BLOCKS: usize = 16;
 
-/// Length of the shortest series that has a standard error: its values are averaged in pairs once.
+/// Length of the shortest series whose standard error is computed: its values are averaged in pairs once.
 pub const FEWEST_VALUES: usize = 2 * FEWEST_BLOCKS;
 
 /// Mean of a series.
@@ -13,20 +13,20 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Largest lag-one correlation for which the coarsest blocks are corrected: beyond it the
-/// series is too short to determine its correlation time.
+/// Upper limit of the lag-one correlation in the correction of the coarsest blocks. With a larger correlation
+/// the series is too short to determine its correlation time.
 const MOST_CORRELATION: f64 = 0.95;
 
 /// Standard error of the mean of a correlated series, by blocking (Flyvbjerg & Petersen 1989).
 /// Neighbours are averaged in pairs again and again, until 16 to 31 blocks are left. The result is
 /// infinite if the series is shorter than [`FEWEST_VALUES`], and NaN if a value is NaN.
 ///
-/// The larger error of the two coarsest levels is returned. Finer levels are far too large if
-/// neighbours compensate each other, as in a mean force, which momentum ties to the load. The coarsest
-/// level is too small if blocks are still correlated. Its lag-one correlation ρ > 0
-/// then extrapolates to the levels that the series is too short for: `√((1 + ρ)/(1 − ρ))`, the factor
-/// of an exponentially decaying correlation. The estimate of ρ is corrected by its bias −1/n.
-/// docs/theory.md states the coverage of intervals.
+/// The result is the larger error of the two coarsest levels. Finer levels give far too large errors if
+/// neighbours compensate each other. An example is a mean force, because the momentum balance ties it to the
+/// load. The coarsest level gives too small an error if its blocks are still correlated. It is therefore
+/// multiplied by `√((1 + ρ)/(1 − ρ))` with its lag-one correlation ρ ≥ 0, the factor of an exponentially
+/// decaying correlation. The estimate of ρ is corrected by its bias −1/n. docs/theory.md states the coverage
+/// of intervals.
 pub fn standard_error(values: &[f64]) -> f64 {
     if values.len() < FEWEST_VALUES {
         return f64::INFINITY;
@@ -36,7 +36,7 @@ pub fn standard_error(values: &[f64]) -> f64 {
     loop {
         let (naive, correlation) = naive_error(&level);
         if level.len() < 2 * FEWEST_BLOCKS {
-            // A maximum drops NaN.
+            // `max` would drop a NaN.
             return if naive.is_nan() {
                 f64::NAN
             } else {
@@ -69,9 +69,9 @@ pub fn interval_factor(length: usize) -> f64 {
 /// e of the mean and the variance s² of the values. The mean is as uncertain as that of n/τ
 /// independent values (Sokal 1997, where τ is called 2 τ_int).
 ///
-/// The choice of the larger of two errors makes it 24 % too long on average. A constant series has τ = 0. The
-/// result is never NaN. It is infinite if the series is shorter than [`FEWEST_VALUES`] or contains
-/// a value that is not finite.
+/// It is 24 % too long on average, because the standard error is the larger of two. For a constant series
+/// τ is zero. The result is never NaN. It is infinite if the series is shorter than [`FEWEST_VALUES`] or
+/// contains a value that is not finite.
 pub fn correlation_time(values: &[f64]) -> f64 {
     let error = standard_error(values);
     if !error.is_finite() {
@@ -128,8 +128,8 @@ fn naive_error(values: &[f64]) -> (f64, f64) {
     ((square / (n - 1.0) / n).sqrt(), correlation)
 }
 
-/// Student's two-sided 95 % quantile for degrees of freedom, at least one; beyond a table its
-/// expansion in 1/ν.
+/// Student's two-sided 95 % quantile for ν degrees of freedom; 0 counts as 1. It is from a table up to ν =
+/// 10, then from an expansion in 1/ν.
 pub fn student(degrees: usize) -> f64 {
     const QUANTILES: [f64; 10] = [
         12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228,
@@ -140,17 +140,16 @@ pub fn student(degrees: usize) -> f64 {
     QUANTILES.get(degrees - 1).copied().unwrap_or(expansion)
 }
 
-/// The quantile at `share` of a series in time, and its standard error; `None` without
-/// values.
+/// The quantile of a time series at a share of its values, and its standard error; `None` without values.
 ///
-/// The error is half the distance of the quantiles at `share ± e`, with the standard
-/// error `e` of the share of values below the quantile (Woodruff 1952). Blocking gives `e`, so
-/// correlation counts. The error is infinite if the series is too short.
+/// The error is half the distance of the quantiles at `share ± e`, with the standard error `e` of the share
+/// of values up to the quantile (Woodruff 1952). Blocking gives `e`, so that it includes correlation. The
+/// error is infinite if the series is too short.
 pub fn quantile(values: &[f64], share: f64) -> Option<(f64, f64)> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     let last = sorted.len().checked_sub(1)?;
-    // Linear between order statistics, the first at share 0 and the last at share 1.
+    // Interpolate linearly between the sorted values. The first one has share 0, the last one share 1.
     let at = |share: f64| {
         let place = share.clamp(0.0, 1.0) * last as f64;
         let (low, part) = (place as usize, place.fract());
@@ -198,7 +197,8 @@ mod tests {
 
     #[test]
     fn correlation_is_seen() {
-        // AR(1) with a = 0.9: the error of the mean is √((1+a)/(1−a)) = 4.36 times the naive.
+        // AR(1) with a = 0.9: the error of the mean is √((1+a)/(1−a)) = 4.36 times that of uncorrelated
+        // values.
         let mut stream = Stream::new(4, 5, 6);
         let mut x = 0.0;
         let values: Vec<f64> = (0..16384)
@@ -289,7 +289,7 @@ mod tests {
     fn quantiles_are_those_of_the_normal_distribution() {
         let mut stream = Stream::new(8, 9, 10);
         let values: Vec<f64> = (0..20_000).map(|_| stream.normal()).collect();
-        // Value and √(p(1−p)/n)/density.
+        // The textbook error is √(p(1−p)/n)/density.
         for (share, exact, density) in [(0.5, 0.0, 0.398_942), (0.9, 1.281_552, 0.175_498)] {
             let (value, error) = quantile(&values, share).unwrap();
             let textbook = (share * (1.0 - share) / 2e4f64).sqrt() / density;

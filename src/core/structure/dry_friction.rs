@@ -14,9 +14,9 @@ pub struct FrictionLaw {
 }
 
 impl StructureContact {
-    /// The three contacts of dry friction along a line: the forward and the backward slip, then the stick.
+    /// The three contacts of dry friction along a line: the forward slip, the backward slip, the stick.
     ///
-    /// * `participation`: that of its deflection, one entry per mode \[1/√kg\].
+    /// * `participation`: participation of the deflection, one entry per mode \[1/√kg\].
     pub fn dry_friction(name: &str, participation: &[f64], law: FrictionLaw) -> [Self; 3] {
         let parts = [
             (FrictionPart::Forwards, law.force),
@@ -32,7 +32,8 @@ impl StructureContact {
         let suffixes = SliderPart::ALL.map(|(_, suffix)| suffix);
         let mut suffixes = suffixes.into_iter();
         parts.map(|(part, force)| {
-            // A slip has a constant force. The line of the stick shows the force itself, so its stiffness is 1.
+            // A slip has a constant force. The quantity along the line of the stick is the force itself, so
+            // that the stiffness of the stick is 1.
             let mut series = [0.0; 8];
             series[0] = force;
             let law = ContactLaw {

@@ -12,9 +12,9 @@
 /// F is the force of sliding friction, F_s ≥ F that of static friction. Source: Den Hartog 1931.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub enum FrictionPart {
-    /// It slips in the direction in which δ grows faster than the surface moves.
+    /// It slips with v > 0: δ grows faster than the surface moves.
     Forwards,
-    /// It slips in the other direction.
+    /// It slips with v < 0.
     Backwards,
     /// It sticks.
     Stick {

@@ -1,4 +1,4 @@
-//! The transmission error of a mesh, as harmonics.
+//! The harmonics of the transmission error of a mesh.
 
 /// One component of the transmission error of a mesh: a harmonic of the mesh frequency, or an order of a
 /// shaft.
@@ -25,7 +25,7 @@ impl MeshHarmonic {
         }
     }
 
-    /// This harmonic with `turned` added to the phase \[rad\].
+    /// This harmonic with the angle `turned` \[rad\] added to its phase.
     #[must_use]
     pub fn with_phase_lead(self, turned: f64) -> Self {
         Self {

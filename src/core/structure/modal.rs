@@ -1,20 +1,22 @@
-//! How does a structure appear to the mesh? Frequencies, damping, participations.
+//! Which quantities describe a linear structure? Frequencies, damping, participations.
 
 use crate::structure::{FrictionPart, MeshHarmonic, OmittedModeForces, SliderPart, StopPart};
 
-/// Largest p and largest q of a contact that has p cycles in q cycles of the first mesh: its tables grow with them.
+/// Largest p and largest q of a contact that has p cycles in q cycles of the first mesh. Its tables grow with
+/// p and q.
 pub const MOST_RATIO_CYCLES: u32 = 10_000;
 
 /// Largest number of mesh cycles after which all contacts repeat: tables take some megabytes per hundred cycles.
 pub const MOST_BASE_CYCLES: usize = 10_000;
 
-/// Entries below this part of a matrix's largest entry are round-off.
+/// Matrix entries below this fraction of the largest entry are round-off.
 const COUPLING_NOISE: f64 = 1e-12;
 
-/// A contact's participations in a rotation below this part of all are round-off.
+/// The participations of a contact in the rigid rotations add a direction only if their new part exceeds this
+/// fraction of its largest participation. A smaller part is round-off.
 const ROTATION_NOISE: f64 = 1e-10;
 
-/// More (or fewer) modes were requested than are available.
+/// The requested number of modes is too large or too small.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("{requested} modes are requested, but between {least} and {available} are possible")]
 pub struct ModeCount {
@@ -60,10 +62,10 @@ pub struct ModalStructure {
     pub wheel_torque: Option<Vec<f64>>,
     /// Participation of a unit friction force \[1/√kg\].
     pub friction: Vec<f64>,
-    /// Part of this participation that is linear in the position along the path of contact \[1/(m √kg)\].
+    /// Derivative of this participation with respect to the position along the path of contact \[1/(m √kg)\].
     pub friction_lever: Vec<f64>,
-    /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if none is
-    /// omitted or it should be ignored (no modal-truncation augmentation).
+    /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if no mode is omitted, or without
+    /// modal-truncation augmentation.
     pub residual_flexibility: f64,
     /// Mass of the mesh along the line of action \[kg\]; `None` for `1/Σ mesh²` over the rigid modes, or over all modes
     /// if no rigid one deflects the mesh.
@@ -79,15 +81,15 @@ pub struct ModalStructure {
     pub bearings: Vec<BearingGain>,
     /// Torques in shafts and couplings, if known.
     pub torques: Vec<TorqueGain>,
-    /// Motions whose acceleration may be in the results.
+    /// Motions that the results may contain: accelerations of points and bodies, rotations of gears.
     pub motions: Vec<PlaceMotion>,
     /// Coupling of the modes; `None` if damping is modal and there are no other terms.
     pub coupling: Option<Coupling>,
     /// Modal force that does not depend on the load \[N/√kg\], such as that of a constant
     /// drag; empty for none.
     pub constant_load: Vec<f64>,
-    /// Modal force per pinion speed \[N s/(rad √kg)\], the mean of a viscous drag; empty for
-    /// none.
+    /// Modal force per pinion speed \[N s/(rad √kg)\], such as that of a viscous drag at the mean speed;
+    /// empty for none.
     pub load_by_speed: Vec<f64>,
     /// Loads that vary with time.
     pub harmonic_loads: Vec<HarmonicLoad>,
@@ -95,7 +97,7 @@ pub struct ModalStructure {
     /// are the first contacts, two per mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<String>,
-    /// Names of shafts besides those of the first mesh, each with its turns, `[p, q]`: p turns in q mesh
+    /// Names of the shafts besides those of the first mesh, each with `[p, q]`: p revolutions in q mesh
     /// cycles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shafts: Vec<(String, [u32; 2])>,
@@ -128,7 +130,7 @@ pub struct Coupling {
 }
 
 impl Coupling {
-    /// The coupling of the `retained` first of `modes` modes.
+    /// The coupling of the first `retained` of `modes` modes.
     fn leading(&self, modes: usize, retained: usize) -> Self {
         let keep = |matrix: &[f64]| leading_part(matrix, modes, retained);
         Self {
@@ -139,7 +141,8 @@ impl Coupling {
     }
 }
 
-/// Rows and columns of the `retained` first of `modes` modes in a matrix; empty for an empty one.
+/// Rows and columns of the first `retained` of `modes` modes in a matrix. An empty matrix gives an empty
+/// result.
 fn leading_part(matrix: &[f64], modes: usize, retained: usize) -> Vec<f64> {
     let rows = matrix.chunks_exact(modes).take(retained);
     rows.flat_map(|row| &row[..retained]).copied().collect()
@@ -187,33 +190,33 @@ pub struct StructureContact {
     pub name: String,
     /// Participation of its deflection, one entry per mode \[1/√kg\].
     pub participation: Vec<f64>,
-    /// Negative modal force of a unit contact force, without friction that reverses, one entry per mode
-    /// \[1/√kg\]: mostly equal to the participation.
+    /// Modal force of a unit contact force with the sign reversed, one entry per mode \[1/√kg\]. It excludes
+    /// `rubbing`, and usually equals the participation.
     pub force: Vec<f64>,
     /// Derivative of participation and force with respect to the load centroid z_c \[1/(m √kg)\]; empty for
     /// mid-face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub tilt: Vec<f64>,
-    /// Contribution of friction by Λ₀ \[1/√kg\] and by Λ₁ \[1/(m √kg)\] of [`ContactLaw::friction`]; empty
-    /// without friction.
+    /// Contribution of friction to `force`, per Λ₀ \[1/√kg\] and per Λ₁ \[1/(m √kg)\] of
+    /// [`ContactLaw::friction`]; empty without friction.
     #[serde(skip_serializing_if = "no_friction")]
     pub rubbing: [Vec<f64>; 2],
-    /// Relative rotational speed of its two gears, over that of the gears of the first mesh \[1\]; 0 if it is not a
-    /// mesh.
+    /// Relative rotational speed of its two gears, divided by that of the gears of the first mesh \[1\]; 0 if
+    /// the contact is not a mesh.
     #[serde(skip_serializing_if = "is_zero")]
     pub sliding: f64,
     /// Number of its cycles, `[p, q]`: p cycles in q cycles of the mesh.
     pub cycles: [u32; 2],
     /// Its force law.
     pub law: ContactLaw,
-    /// The flank of the first mesh that it copies, 0 for the drive flank and 1 for the coast flank. It then
-    /// uses only the phase of `law`; `rubbing` is for a friction coefficient of 1.
+    /// The flank of the first mesh whose law it copies, 0 for the drive flank and 1 for the coast flank. Of
+    /// `law` only the phase then has an effect. `rubbing` is for a friction coefficient of 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub copies: Option<usize>,
 }
 
 impl StructureContact {
-    /// A contact along one line whose force acts along its deflection, in the cycles of the mesh, without friction.
+    /// A contact whose force acts along its deflection, without friction, with one cycle per mesh cycle.
     pub fn plain(name: String, participation: Vec<f64>, law: ContactLaw) -> Self {
         Self {
             name,
@@ -262,8 +265,8 @@ fn no_friction(rubbing: &[Vec<f64>; 2]) -> bool {
 pub struct ContactLaw {
     /// Gap b \[m\]; a negative one is a preload.
     pub gap: f64,
-    /// Stiffness k over its cycle: the phase at the end of each piece, and its Legendre coefficients
-    /// there \[N/m\].
+    /// Stiffness k over its cycle: for each piece the phase at its end, and the Legendre coefficients of k on
+    /// it \[N/m\].
     pub stiffness: Vec<(f64, [f64; 8])>,
     /// Direction Λ₀ \[1\] and lever Λ₁ \[m\] of friction over each of these pieces; empty without friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -293,8 +296,8 @@ pub struct ContactLaw {
 }
 
 impl ContactLaw {
-    /// Law of a contact with only the phase known \[cycles\]: the flank of the first mesh that it copies, or the
-    /// load, determines the rest later.
+    /// A law of which only the phase \[cycles\] is known. The copied flank of the first mesh, or the load,
+    /// determines the rest later.
     pub fn later(phase: f64) -> Self {
         Self {
             phase,
@@ -319,14 +322,15 @@ pub struct FlankParticipation {
     pub tilt: Vec<f64>,
     /// Participation of a unit friction force \[1/√kg\].
     pub friction: Vec<f64>,
-    /// Part of this participation that is linear in the position along the path of contact \[1/(m √kg)\].
+    /// Derivative of this participation with respect to the position along the path of contact \[1/(m √kg)\].
     pub lever: Vec<f64>,
     /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\].
     pub residual_flexibility: f64,
 }
 
 impl FlankParticipation {
-    /// Its first `retained` modes; the others are replaced by their flexibility if `mta` is set.
+    /// Its first `retained` modes. With `mta`, the static flexibility of the other modes is added to the
+    /// residual one; without it the residual flexibility is 0.
     fn truncated(&self, frequency: &[f64], retained: usize, mta: bool) -> Self {
         let keep = |column: &[f64]| column[..retained].to_vec();
         let left_out = self.mesh[retained..].iter().zip(&frequency[retained..]);
@@ -341,8 +345,8 @@ impl FlankParticipation {
     }
 }
 
-/// The force of a shaft on one bearing in one direction, `Σ gain·q + Σ rate_gain·q'` \[N\]:
-/// that of its springs and of its dampers. Modal damping acts at no particular place and is not included.
+/// The force of a shaft on one bearing in one direction, `Σ gain·q + Σ rate_gain·q'` \[N\], from the springs
+/// and dampers of the bearing. Modal damping has no place in the structure and is not included.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct BearingGain {
     /// Shaft, bearing and direction, such as `pinion 1 x`.
@@ -351,7 +355,7 @@ pub struct BearingGain {
     pub gain: Vec<f64>,
     /// Force per unit modal velocity \[N s/(m √kg)\], one entry per mode; empty for none.
     pub rate_gain: Vec<f64>,
-    /// Contribution of omitted modes at rest.
+    /// Static contribution of the omitted modes.
     pub left_out: OmittedModeForces,
 }
 
@@ -374,7 +378,7 @@ pub struct TorqueGain {
 pub enum MotionKind {
     /// Displacement of a bearing's position, in one direction.
     Place,
-    /// Rotation of a body, at the node on which torque acts.
+    /// Rotation of a body, at the node on which its torque acts.
     Body,
     /// Rotation of a gear.
     Gear,
@@ -393,7 +397,8 @@ pub struct PlaceMotion {
 }
 
 impl BearingGain {
-    /// Contribution of omitted modes, including those of its structure after the `retained` first.
+    /// Static contribution of the omitted modes, if the modes of `structure` after the first `retained` are
+    /// omitted too.
     fn forces_of_omitted_modes(
         &self,
         structure: &ModalStructure,
@@ -453,8 +458,8 @@ impl BearingGain {
 }
 
 impl ModalStructure {
-    /// Modes with one damping ratio, rigid ones undamped, with given mesh and torque participations:
-    /// a pinion of one tooth, 1 N of mesh force at load = 1, no friction, no bearings.
+    /// A structure with one damping ratio for all elastic modes and given mesh and torque participations. The
+    /// pinion has one tooth, the mesh force at load = 1 is 1 N, and there are no friction and no bearings.
     pub fn of_modes(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> Self {
         let n = frequency.len();
         let damping = |f: &f64| if *f > 0.0 { ratio } else { 0.0 };
@@ -552,8 +557,8 @@ impl ModalStructure {
         held + by(&coupling.gyroscopic)
     }
 
-    /// Linearly independent directions in the space of the rigid rotations that deflect contacts, that
-    /// of the mesh first: participations in the rigid modes only.
+    /// Linearly independent rigid rotations that deflect contacts, the one of the mesh first. Each is given
+    /// by the participations of a contact in the rigid modes.
     pub fn contact_rotations(&self) -> Vec<Vec<f64>> {
         let rigid = self.rigid_modes();
         let further = self.contacts.iter().map(|contact| &contact.participation);
@@ -573,11 +578,11 @@ impl ModalStructure {
 
     /// The structure reduced to its `retained` lowest modes.
     ///
-    /// With `mta` (modal-truncation augmentation) the omitted modes return as their static
-    /// flexibility at the mesh, `Σ mesh²/ω²` \[m/N\], added to that of the
-    /// structure; without it the residual flexibility is 0. Their static share in bearing forces stays in both cases
-    /// ([`OmittedModeForces`]). Their coupling to the retained modes and
-    /// to each other is omitted.
+    /// With `mta` (modal-truncation augmentation), the static flexibility of the omitted modes at the mesh,
+    /// `Σ mesh²/ω²` \[m/N\], is added to the residual flexibility. Without `mta` the residual flexibility is
+    /// zero. In both cases the bearing forces keep the static share of the omitted modes
+    /// ([`OmittedModeForces`]). The coupling of the omitted modes to the retained modes and to each other is
+    /// omitted.
     ///
     /// # Errors
     /// [`ModeCount`] unless `max(1, rigid modes) ≤ retained ≤ modes`: a rigid
@@ -663,11 +668,11 @@ impl ModalStructure {
     }
 }
 
-/// Adds the part of a row orthogonal to unit vectors to these, normalised. Returns whether that part is larger
-/// than `noise`.
+/// Appends the part of a row that is orthogonal to all `units`, normalised, if its length exceeds `noise`.
+/// Returns whether it does.
 fn widen(units: &mut Vec<Vec<f64>>, row: &[f64], noise: f64) -> bool {
     let mut rest = row.to_vec();
-    // Twice, to remove round-off.
+    // A second pass removes the round-off of the first.
     for unit in units.iter().chain(&*units) {
         let part: f64 = unit.iter().zip(&rest).map(|(u, r)| u * r).sum();
         for (r, u) in rest.iter_mut().zip(unit) {

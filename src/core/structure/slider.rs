@@ -3,11 +3,11 @@
 use super::{ContactLaw, ModalStructure, SliderPart, StructureContact};
 
 impl StructureContact {
-    /// The three contacts of a dry slider along a line: the slips forwards and backwards, then the spring.
+    /// The three contacts of a dry slider along a line: the forward slip, the backward slip, the spring.
     ///
-    /// * `participation`: of its deflection, one entry per mode \[1/√kg\].
-    /// * `stiffness`: k of the spring \[N/m\], against twist \[N m/rad\].
-    /// * `limit`: F of the slider \[N\], \[N m\].
+    /// * `participation`: participation of the deflection, one entry per mode \[1/√kg\].
+    /// * `stiffness`: stiffness k of the spring \[N/m\], for a rotation \[N m/rad\].
+    /// * `limit`: limit F of the force \[N\], for a rotation \[N m\].
     pub fn slider(name: &str, participation: &[f64], stiffness: f64, limit: f64) -> [Self; 3] {
         let mut series = [0.0; 8];
         series[0] = stiffness;

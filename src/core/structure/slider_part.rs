@@ -12,9 +12,9 @@
 /// Source: Jenkins 1962; Iwan 1966 for several elements on one line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum SliderPart {
-    /// It slips in the direction in which δ grows.
+    /// It slips while δ grows.
     Forwards,
-    /// It slips in the other direction.
+    /// It slips while δ falls.
     Backwards,
     /// It sticks: its spring carries the force.
     Spring,

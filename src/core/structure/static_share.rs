@@ -1,11 +1,12 @@
-//! How much do omitted modes load the bearings if they follow their loads statically?
+//! Which forces do the omitted modes exert on the bearings, if they follow their loads statically?
 
 /// Static force on a bearing \[N\] per unit of each load of a structure, from the omitted modes:
 /// `Σ gain f/ω²` with the modal force f of the load. A force of a flank acts with a minus sign.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct OmittedModeForces {
-    /// Per unit force on the drive flanks: at mid-face without friction \[1\], its derivative with respect to
-    /// the load centroid \[1/m\], of the friction force \[1\], of its lever \[1/m\].
+    /// Per unit force on the drive flanks. The four entries are the share at mid-face without friction \[1\],
+    /// its derivative with respect to the load centroid \[1/m\], the share of the friction force \[1\], and
+    /// the share of the lever of friction \[1/m\].
     pub drive: [f64; 4],
     /// Per unit force on the coast flanks.
     pub coast: [f64; 4],
@@ -15,8 +16,8 @@ pub struct OmittedModeForces {
     pub torque: f64,
     /// Per unit torque on the pinion's and on the wheel's shaft \[1/m\].
     pub shaft_torques: [f64; 2],
-    /// Under [`ModalStructure::constant_load`](super::ModalStructure::constant_load) \[N\], with the force of springs whose
-    /// bases are out of place.
+    /// Under [`ModalStructure::constant_load`](super::ModalStructure::constant_load) \[N\], including the
+    /// force of springs with displaced bases.
     pub constant_load: f64,
     /// Under [`ModalStructure::load_by_speed`](super::ModalStructure::load_by_speed), per unit speed \[N
     /// s/rad\].

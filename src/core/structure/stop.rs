@@ -3,8 +3,9 @@
 use super::{ContactLaw, ModalStructure, StopPart, StructureContact};
 
 impl StructureContact {
-    /// The two contacts of a rigid stop, impact and rest, with a coefficient of restitution. They have the gap, cycles
-    /// and error of this contact; its stiffness and damping have no effect.
+    /// The two contacts of a rigid stop, impact and rest, with a coefficient of restitution. They take the
+    /// cycles and the error of this contact, and the impact takes its gap. Its stiffness and damping have no
+    /// effect.
     pub fn rigid(self, restitution: f64) -> [Self; 2] {
         let part = |part: StopPart| ContactLaw {
             stiffness: vec![(1.0, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],

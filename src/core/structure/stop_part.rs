@@ -2,8 +2,8 @@
 
 /// The two contacts of a rigid one-sided stop with a coefficient of restitution ε.
 ///
-/// Newton's law of impact reverses the speed δ' of approach. If impacts accumulate, the stop holds δ at its gap by a
-/// force λ that only pushes:
+/// Newton's law of impact reverses the speed δ' of approach. If infinitely many impacts accumulate, the stop
+/// then holds δ at its gap by a force λ that only pushes:
 ///
 /// ```text
 /// impact:  δ = b, δ' > 0:   δ' → −ε δ'

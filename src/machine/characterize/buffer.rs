@@ -1,7 +1,7 @@
-//! Memory straight from the system: untouched pages, in lines of 64 bytes.
+//! Memory directly from the system: untouched pages, in lines of 64 bytes.
 //!
-//! The allocator reuses pages that another thread touched first, perhaps on another node.
-//! Pages of a fresh mapping are on the node of the thread that writes to them first.
+//! The allocator may reuse pages that another thread touched first, perhaps on another node. Pages of a new
+//! mapping are on the node of the thread that writes to them first.
 
 #![allow(unsafe_code)]
 
@@ -22,7 +22,7 @@ pub const PAGE: usize = 4096 / LINE;
 #[repr(C, align(64))]
 pub struct Line(pub [f64; LANES]);
 
-/// Lines with one owner.
+/// Lines of memory in a mapping of their own.
 #[derive(Debug)]
 pub struct Buffer {
     map: MmapMut,
@@ -61,7 +61,7 @@ impl Buffer {
         unsafe { std::slice::from_raw_parts_mut(self.map.as_mut_ptr().cast(), self.lines) }
     }
 
-    /// Writes one number everywhere: this brings the pages into memory.
+    /// Writes a number to all places. This makes the system provide the pages.
     pub fn fill(&mut self, value: f64) {
         self.lines_mut().fill(Line([value; LANES]));
     }

@@ -1,7 +1,7 @@
 //! A chain of loads: a ring of lines, each of which contains the address of the next one.
 //!
-//! Lines contain addresses, not indices: the conversion of an index into an address would count as
-//! time of the load, a cycle of five or six in the first-level cache.
+//! Lines contain addresses, not indices. The conversion of an index to an address would take one cycle, and a
+//! load from the first-level cache takes only five or six.
 
 #![allow(unsafe_code)]
 
@@ -11,9 +11,8 @@ use super::memory;
 use super::plan::Walk;
 use crate::numerics::random::Stream;
 
-/// Loads of the warm-up: one round of 64 MiB of lines, eight rounds of 8 MiB. Newly written
-/// lines settle in a last-level cache only after some rounds, and take up to twice the
-/// time until then.
+/// Number of loads of the warm-up: one round of 64 MiB of lines, eight rounds of 8 MiB. Newly written lines
+/// are in the last-level cache only after some rounds. Until then a load takes up to twice the time.
 const WARM_UP_LOADS: usize = 1 << 20;
 
 /// A ring through the first lines of a buffer: each contains the address of the next one.
@@ -30,7 +29,7 @@ impl AddressRing {
         ring
     }
 
-    /// Writes a ring through `count` lines, and goes to its start.
+    /// Writes a ring through the first `count` lines, and moves to its start.
     pub fn link(&mut self, count: usize, walk: Walk) {
         let lines = self.buffer.lines_mut();
         let start = lines.as_ptr().addr();
@@ -41,7 +40,7 @@ impl AddressRing {
             Walk::Hops | Walk::HopsHuge => page_to_page(count, link),
         };
         self.at = address(first);
-        // Loads follow these addresses until the next ring is written.
+        // Expose the buffer, because loads follow these addresses until the next ring is written.
         self.buffer.lines().as_ptr().expose_provenance();
     }
 
@@ -53,7 +52,8 @@ impl AddressRing {
         }))
     }
 
-    /// Writes a ring through `count` lines, and follows it until it has settled in the caches.
+    /// Writes a ring through the first `count` lines, and follows it until the caches contain its lines as in
+    /// later rounds.
     pub fn write_ring(&mut self, count: usize, walk: Walk) {
         self.link(count, walk);
         self.follow(WARM_UP_LOADS);
@@ -68,7 +68,7 @@ impl AddressRing {
         self.at = at;
     }
 
-    /// The address in the line at an address of the ring.
+    /// The address that the line at an address of the ring contains.
     #[inline]
     fn next(&self, at: u64) -> u64 {
         let line = std::ptr::with_exposed_provenance::<u64>(at as usize);
@@ -106,11 +106,11 @@ fn page_by_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     first
 }
 
-/// Links lines as [`PageToPage`] orders them. Returns the first line.
+/// Links lines in the order of [`PageToPage`]. Returns the first line.
 fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     let order = PageToPage::new(lines);
     let pages = order.pages.len();
-    // Page by page, not along the ring, so that each page is looked up once.
+    // Write page by page, not along the ring, so that each page is looked up once.
     for page in 0..pages {
         for lap in 0..order.places.len() {
             let at = lap * pages + page;
@@ -120,9 +120,9 @@ fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     order.line(0)
 }
 
-/// Lines in an order in which each is on another page than the one before, and all pages are
-/// visited before one repeats: the order of `lat_mem_rd -t` of lmbench (C. Staelin, L. McVoy). An
-/// incomplete last page is omitted.
+/// An order of lines. Each line is on another page than the line before, and all pages are visited before one
+/// repeats. It is the order of `lat_mem_rd -t` of lmbench (C. Staelin, L. McVoy). An incomplete last page is
+/// omitted.
 struct PageToPage {
     pages: Vec<usize>,
     places: Vec<usize>,
@@ -141,7 +141,7 @@ impl PageToPage {
         self.pages.len() * self.places.len()
     }
 
-    /// The line at a position of the ring: with every lap one line further within each page.
+    /// The line at a position of the ring. In every lap it is the next line within each page.
     fn line(&self, at: usize) -> usize {
         let (lap, page) = (at / self.pages.len(), at % self.pages.len());
         self.pages[page] * PAGE + self.places[(page + lap) % self.places.len()]

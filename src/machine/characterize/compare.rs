@@ -1,5 +1,5 @@
-//! Do two runs of `atlas machine` agree, figure by figure, within their stated spreads? And how
-//! fast does each machine integrate a job?
+//! Do two runs of `atlas machine` agree, figure by figure, within their stated spreads? How fast does a
+//! machine integrate a job?
 
 use super::plan::POINTS;
 use crate::store::{Characteristics, Figure, Measurement, SolverKey};
@@ -17,7 +17,7 @@ pub struct Pair {
     pub b: f64,
     /// b over a.
     pub ratio: f64,
-    /// Part of the value within which both runs should agree; absent if neither run states a spread.
+    /// Largest relative difference at which both values agree; absent if neither run states a spread.
     pub spread: Option<f64>,
     /// Whether both values agree within the spread; absent if there is none.
     pub agrees: Option<bool>,
@@ -44,8 +44,8 @@ impl Comparison {
         )
     }
 
-    /// For each measurement (the words before the first comma): its name, number of figures, median
-    /// of b over a, and the numbers of figures that agree and that can be judged.
+    /// For each kind of measurement: its name (the words before the first comma), its number of figures, the
+    /// median of b over a, the number of figures that agree, and the number of figures that can be judged.
     pub fn by_kind(&self) -> Vec<(String, usize, f64, usize, usize)> {
         let mut kinds: BTreeMap<&str, Vec<&Pair>> = BTreeMap::new();
         for pair in &self.pairs {
@@ -85,7 +85,7 @@ pub fn compare(a: &Characteristics, b: &Characteristics) -> Comparison {
 }
 
 fn pair(what: &str, a: &Figure, b: &Figure) -> Pair {
-    // Each run states a spread of its values; the wider one contains more disturbances.
+    // Each run states a spread of its values. Use the wider one, which includes more disturbances.
     let spread = [a.spread, b.spread].into_iter().flatten().reduce(f64::max);
     let ratio = b.value / a.value;
     Pair {
@@ -105,15 +105,16 @@ pub struct MachineRate {
     pub host: String,
     /// Time of the measurement.
     pub measured: String,
-    /// Modes of the rate: the measured number closest to the job's.
+    /// Number of modes of the measurement: the measured number closest to that of the job.
     pub modes: u64,
-    /// Threads of the rate: the largest measured team not larger than the job's.
+    /// Number of threads of the measurement: the largest measured team that is not larger than that of the
+    /// job.
     pub threads: u64,
     /// Mesh cycles of the default drive per second, by `volterra`.
     pub rate: f64,
-    /// Gain over one thread, measured alternately, divided by the number of threads.
+    /// Ratio of the rate to that of one thread, measured alternately, divided by the number of threads.
     pub efficiency: f64,
-    /// Smallest number of threads whose gain is within two per cent of the best.
+    /// Smallest number of threads whose rate is within two per cent of the highest one.
     pub worthwhile: u64,
     /// Whether the machine was quiet while it was measured.
     pub quiet: bool,
@@ -140,7 +141,8 @@ pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Op
 
 type Row = Measurement<SolverKey>;
 
-/// The largest team of at most `threads` threads at the number of modes closest to the requested one.
+/// The measurement of the largest team of at most `threads` threads, at the number of modes closest to
+/// `modes`.
 fn usual<'r>(
     rows: impl IntoIterator<Item = &'r Row>,
     modes: usize,
@@ -156,7 +158,7 @@ fn usual<'r>(
         })
 }
 
-/// The smallest number of threads whose gain is within two per cent of the best.
+/// The smallest number of threads whose rate is within two per cent of the highest one.
 fn worthwhile<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Option<u64> {
     let gain = |row: &Row| row.key.efficiency * row.key.threads as f64;
     let rows: Vec<&Row> = rows.into_iter().collect();

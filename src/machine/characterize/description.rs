@@ -1,11 +1,12 @@
-//! What does the system report about the machine? Read from `/proc` and `/sys`; missing entries are left out.
+//! What does the system report about the machine? The source is `/proc` and `/sys`. Missing entries are left
+//! out.
 
 use crate::store::{Description, HugePages, NodeRecord};
 use crate::topology::{Machine, Topology, field, kibibytes};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The root of the system's folders; another one in tests.
+/// The root folder of the system. Tests use another one.
 #[derive(Debug, Clone)]
 pub struct Root(PathBuf);
 
@@ -104,7 +105,7 @@ fn count_of_list(list: &str) -> usize {
         .sum()
 }
 
-/// The control group of this process, in the unified hierarchy.
+/// Path of this process's control group in the unified hierarchy; empty for the root group.
 fn control_group(text: &str) -> String {
     let path = text.lines().find_map(|line| line.strip_prefix("0::"));
     match path {
@@ -120,14 +121,14 @@ fn quota(text: &str) -> Option<u64> {
     Some(100 * quota / period.max(1))
 }
 
-/// The word in brackets.
+/// The chosen one of several words: the word in brackets.
 fn chosen(text: &str) -> Option<String> {
     let (_, rest) = text.split_once('[')?;
     Some(rest.split_once(']')?.0.to_owned())
 }
 
-/// The hypervisor, if the machine is virtual: its name according to the system, the machine's
-/// vendor, or the processor.
+/// The name of the hypervisor, if the machine is virtual: as the system, the firmware (vendor and product) or
+/// the processor reports it.
 fn hypervisor(root: &Root, cpuinfo: &str) -> Option<String> {
     let has_hypervisor_flag = field(cpuinfo, "flags")
         .is_some_and(|flags| flags.split_whitespace().any(|flag| flag == "hypervisor"));
@@ -229,7 +230,7 @@ mod tests {
         assert_eq!(found.quota_percent, Some(150));
         assert_eq!(found.memory_limit, Some(4096));
         assert_eq!(found.numa_balancing, Some(1));
-        // The fictitious machine has no firmware.
+        // A synthetic machine has no firmware.
         assert!(found.paths.is_empty());
         assert_eq!(found.governor.as_deref(), Some("powersave"));
         assert_eq!(found.frequency, Some(2_400_000_000));

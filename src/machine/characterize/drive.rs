@@ -17,8 +17,8 @@ pub const EVENT_LIMIT: u32 = 10_000;
 /// Mesh cycles after which the drive has settled into rattle.
 const TRANSIENT: u64 = 60;
 
-/// Rise of the stiffness of sixty levels from the first to the last, in addition to the two
-/// levels of the default mesh: enough to make all levels different.
+/// Relative rise of the stiffness from the first to the last of sixty levels, in addition to the two levels
+/// of the default mesh. It makes all levels different.
 const SLOPE: f64 = 0.02;
 
 /// A mesh of the default drive.
@@ -106,12 +106,12 @@ impl DefaultDrive {
     }
 }
 
-/// The structured kernel with the users' settings.
+/// The kernel `volterra` with the settings of a usual run.
 pub fn volterra(model: &Model) -> Volterra<'_> {
     Volterra::new(model, f64::EPSILON, EVENT_LIMIT)
 }
 
-/// The state of a model after its transient.
+/// The state of a model after [`TRANSIENT`] mesh cycles from its static equilibrium.
 pub fn settled(model: &Model) -> Result<TrajectoryState, MeasurementError> {
     let kernel = volterra(model);
     let mut trajectory = model.start(&InitialState::Static);

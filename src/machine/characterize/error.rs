@@ -31,7 +31,7 @@ pub enum MeasurementError {
         /// The reason.
         detail: String,
     },
-    /// A timed computation gave a wrong result.
+    /// A computation whose time was measured gave a wrong result.
     #[error("{what} gave a wrong result, so its times are not shown")]
     Wrong {
         /// Name of the measurement.
@@ -49,7 +49,7 @@ pub enum MeasurementError {
     /// The built-in drive has no model.
     #[error("the built-in drive has no model: {0}")]
     Model(#[from] ModelError),
-    /// A kernel has no tables for the built-in drive.
+    /// The tables of a kernel cannot be built for the built-in drive.
     #[error("the built-in drive has no tables: {0}")]
     Tables(Box<dyn std::error::Error + Send + Sync>),
     /// A trajectory stopped.

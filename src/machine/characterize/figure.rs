@@ -1,14 +1,14 @@
-//! A figure from the repetitions of several rounds.
+//! Computes a figure from the times of the repetitions in several rounds.
 
 use crate::numerics::statistics::student;
 use crate::store::Figure;
 
-/// How the time of a repetition becomes the value of a figure.
+/// Conversion of the time of a repetition to the value of a figure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
-    /// Work divided by the time.
+    /// This work divided by the time.
     Rate(f64),
-    /// Time divided by a number of pieces.
+    /// The time divided by this number of pieces.
     Time(f64),
 }
 
@@ -45,8 +45,8 @@ pub fn median(values: &mut [f64]) -> f64 {
     }
 }
 
-/// Half the width of the 95 % prediction interval of one more value, over the values' mean:
-/// Student's, for normal values. `None` for a single value.
+/// Half the width of the 95 % prediction interval for one more value, divided by the mean of the values. The
+/// interval is Student's, for normally distributed values. `None` for fewer than two values.
 fn spread(values: &[f64]) -> Option<f64> {
     let n = values.len() as f64;
     if values.len() < 2 {

@@ -1,4 +1,4 @@
-//! Latency: the time of a load on which the next load depends, over the size of the buffer.
+//! Latency: the time of a load on which the next load depends, as a function of the size of the buffer.
 
 use super::chain::AddressRing;
 use super::error::MeasurementError;
@@ -11,7 +11,7 @@ use crate::topology::Topology;
 /// Loads per repetition.
 const LOADS: usize = 20_000;
 
-/// Times per load in a chain of loads, from each size of memory on a node.
+/// Times per load \[s\] in a chain of loads, for each size of memory on a node.
 pub fn measure(
     topology: &Topology,
     thread: HardwareThread,

@@ -7,7 +7,7 @@ use super::team::TeamResults;
 pub struct Measured {
     /// Times of a unit of work, for every figure of the item \[s\].
     pub times: Vec<Vec<f64>>,
-    /// Rate divided by that of one thread, for every team except the first.
+    /// Ratios of the rate to that of one thread, for every team except the first.
     pub gains: Vec<Vec<f64>>,
     /// Bytes of one table; 0 without tables.
     pub bytes: usize,

@@ -4,8 +4,8 @@ use super::buffer::{Buffer, LINE};
 use super::error::MeasurementError;
 use crate::topology::Topology;
 
-/// A buffer full of `value`, touched first by the calling thread: near it, under the system's default
-/// policy.
+/// A buffer filled with `value`. The calling thread touches it first, so that it is near this thread under
+/// the system's default policy.
 pub fn near(lines: usize, value: f64) -> Result<Buffer, MeasurementError> {
     let mut buffer = untouched(lines)?;
     buffer.fill(value);
@@ -29,8 +29,8 @@ pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
     })
 }
 
-/// A buffer on a node, touched first by a thread that is bound to a core of the node. If the node has no core, the
-/// memory of the touching thread is bound to the node.
+/// A buffer on a node, filled with 1. A thread that is bound to a core of the node touches it first. If the
+/// node has no core, the memory of this thread is bound to the node.
 pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, MeasurementError> {
     let cores = topology.cores.iter().filter(|core| core.numa_node == node);
     let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();

@@ -1,5 +1,5 @@
-//! Where does memory limit depth (modes) and breadth (operating points, threads) on this machine?
-//! Memory at every level and on every node, arithmetic, and the kernels that integrate.
+//! Where does memory limit the number of modes, operating points and threads on this machine? It measures
+//! memory at every level and on every node, arithmetic, and the kernels that integrate.
 //!
 //! | file | question |
 //! |---|---|
@@ -13,8 +13,8 @@
 //! | `measure`, `measured`, `sample`, `outcome` | measurements from items, samples from rounds, rows from samples |
 //! | `compare` | two runs, two machines |
 //!
-//! Everything is repeated in rounds over the whole plan, with new memory in each: the differences
-//! between rounds are then those to expect between runs.
+//! All measurements are repeated in rounds over the whole plan, with new memory in each round. The
+//! differences between rounds are then like those between runs.
 
 mod buffer;
 mod chain;
@@ -51,7 +51,7 @@ use sample::Sample;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Instant, SystemTime};
 
-/// Measures a machine; the result is `None` if `interrupt` was set meanwhile.
+/// Measures a machine. The result is `None` if `interrupt` is set during the measurements.
 ///
 /// # Errors
 /// The drive for timing kernels cannot be assembled.

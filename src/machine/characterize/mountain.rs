@@ -1,9 +1,9 @@
 //! The memory mountain: reading buffers of different sizes line by line, with different strides.
 //!
-//! A pass of stride s reads the lines 0, s, 2s …, then 1, s + 1, …: every line once, so the
-//! working set is the whole buffer for any stride (after Bryant and O'Hallaron, *Computer
-//! Systems*, section 6.6, whose strides are elements; here whole lines are read, as kernels read
-//! their tables).
+//! A pass with stride s reads the lines 0, s, 2s …, then 1, s + 1, …. It reads every line once, so that the
+//! working set is the whole buffer for any stride. The method is that of Bryant and O'Hallaron, *Computer
+//! Systems*, section 6.6. Their strides are in elements; here whole lines are read, as kernels read their
+//! tables.
 
 use super::buffer::{Buffer, LANES};
 use super::error::MeasurementError;
@@ -24,7 +24,7 @@ const MOST_LINES: usize = 1 << 19;
 struct Reader {
     set: Set,
     buffer: Buffer,
-    /// First line of the sweep, next line.
+    /// First line of the present sweep.
     sweep: usize,
     next: usize,
     /// Lines per repetition, one entry per stride.
@@ -38,7 +38,8 @@ impl Reader {
         let all = self.buffer.lines();
         let (mut left, mut sum) = (lines, 0.0);
         if stride == 1 && self.next == 0 {
-            // Read small buffers many times per call: a call takes as long as reading some lines.
+            // Read a small buffer many times per call, because a call itself takes as long as reading some
+            // lines.
             let passes = lines / all.len();
             sum += vectors::read(self.set, all, 1, all.len(), passes);
             left -= passes * all.len();
@@ -62,7 +63,7 @@ impl Reader {
     }
 }
 
-/// Times per line, for every stride.
+/// Times per line \[s\], for every stride.
 pub fn measure(
     topology: &Topology,
     thread: HardwareThread,
@@ -82,7 +83,7 @@ pub fn measure(
         for &stride in strides {
             reader.turn_back();
             let read = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
-            // Whole passes through small buffers.
+            // A small buffer is read in whole passes.
             let whole = if lines < read { read.next_multiple_of(lines) } else { read };
             reader.lines.push(whole.clamp(64, MOST_LINES.max(lines)));
         }

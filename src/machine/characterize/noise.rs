@@ -1,4 +1,4 @@
-//! Who else used the machine while it was measured?
+//! Did other programs use the machine while it was measured?
 //!
 //! The evidence is the ticks of usable processors (`/proc/stat`) minus those of this process, the time that the
 //! hypervisor gave to others, the load average, and the scatter of the repetitions of a measurement.
@@ -6,13 +6,13 @@
 use crate::store::Noise;
 use std::fs;
 
-/// Largest part of the processors that other programs may use before the machine counts as shared.
+/// Largest fraction of the processor time that other programs may use on a quiet machine.
 const MOST_OTHERS: f64 = 0.02;
 
-/// Largest part of the processors that the hypervisor may take.
+/// Largest fraction of the processor time that the hypervisor may take on a quiet machine.
 const MOST_STOLEN: f64 = 0.01;
 
-/// Largest relative distance of the median repetition from the best.
+/// Largest relative distance of the median repetition from the best one on a quiet machine.
 const MOST_SCATTER: f64 = 0.05;
 
 /// Time spent until now, in ticks of all usable processors.
@@ -47,7 +47,7 @@ impl NoiseMonitor {
         }
     }
 
-    /// The observations; `scatter` of all measurements, `None` without repetitions.
+    /// The observations. `scatter` is that of all measurements, `None` without repetitions.
     pub fn end(&self, scatter: Option<f64>) -> Noise {
         Noise {
             load: self.load,
@@ -65,8 +65,8 @@ fn now(threads: &[u32]) -> Option<ProcessorTimes> {
     })
 }
 
-/// Ticks of some processors in the text of `/proc/stat`: user, nice, system, idle, iowait, irq,
-/// softirq, steal; guests are part of user.
+/// Ticks of some processors in the text of `/proc/stat`. Its columns are user, nice, system, idle, iowait,
+/// irq, softirq, steal; guests are part of user.
 fn of_processors(text: &str, threads: &[u32]) -> Option<ProcessorTimes> {
     let mut accounts = ProcessorTimes::default();
     let mut processes = 0;
@@ -92,7 +92,8 @@ fn of_processors(text: &str, threads: &[u32]) -> Option<ProcessorTimes> {
     (processes > 0).then_some(accounts)
 }
 
-/// Ticks of a process in the text of its `stat`: user and system, after the name in parentheses.
+/// Ticks of a process in the text of its `stat`: the sum of user and system, which follow the name in
+/// parentheses.
 fn process_ticks(text: &str) -> Option<u64> {
     let (_, rest) = text.rsplit_once(')')?;
     let mut fields = rest.split_whitespace().skip(11);

@@ -1,4 +1,4 @@
-//! How do items become samples, and samples rows?
+//! How are the samples of the items converted to rows of the record?
 
 use super::buffer::LINE;
 use super::figure::Kind;
@@ -152,7 +152,7 @@ fn streams(
     }
 }
 
-/// Places the kernels in the roofline, from counted work and the time of one thread.
+/// Adds the kernels to the roofline, from the counted work and the time of one thread.
 fn add_roofline(characteristics: &mut Characteristics, items: &[Item], samples: &[Sample]) {
     for (item, sample) in items.iter().zip(samples) {
         let Item::Solver { campaign, .. } = item else {

@@ -1,5 +1,5 @@
-//! What should be measured on a machine? A pure decision from its topology, tested on fictitious
-//! machines.
+//! What should be measured on a machine? The decision depends only on the topology and on limits, and is
+//! tested on synthetic machines.
 
 mod item;
 mod places;
@@ -65,28 +65,28 @@ pub struct Missing {
 /// Size of the last-level cache if the system reports none \[bytes\].
 const USUAL_CACHE: u64 = 32 << 20;
 
-/// Arrays are this many times as large as the last-level caches they pass through, as STREAM's rules
+/// Ratio of the size of an array to that of the last-level caches through which it passes, as STREAM's rules
 /// require.
 const OUTGROWN: u64 = 4;
 
-/// Operating points per thread, unless their number is varied.
+/// Number of operating points per thread, unless it is varied.
 pub const POINTS: usize = 8;
 
-/// Modes at which the number of operating points is varied.
+/// Number of modes at which the number of operating points is varied.
 const BREADTH_MODES: usize = 40;
 
-/// Approximate memory of an operating point per thread at that number of modes. It only limits the
-/// number of points.
+/// Approximate memory of an operating point per thread at [`BREADTH_MODES`] modes \[bytes\]. It only limits
+/// the number of points.
 const POINT_BYTES: u64 = 610 << 10;
 
-/// Maps of closed modes on the default drive, of 4 N² numbers each.
+/// Number of maps of the kernel `closed_modes` for the default drive, each with 4 N² numbers.
 const MAPS: u64 = 44;
 
 /// Parameters of an extent.
 struct Scale {
     /// Largest buffer of a single thread \[bytes\].
     largest: u64,
-    /// Sizes per octave.
+    /// Number of sizes per factor of two.
     steps: u32,
     strides: &'static [usize],
     modes: &'static [usize],
@@ -143,7 +143,7 @@ pub fn plan(topology: &Topology, extent: Extent, limits: Limits) -> Plan {
     }
 }
 
-/// A plan in the making.
+/// A plan under construction.
 struct Planner<'a> {
     topology: &'a Topology,
     scale: Scale,
@@ -152,7 +152,8 @@ struct Planner<'a> {
     missing: Vec<Missing>,
 }
 
-/// Sizes from `smallest`, a power of two, to `largest`, with `steps` per octave, in whole lines.
+/// Sizes from `smallest`, a power of two, to `largest` \[bytes\], with `steps` sizes per factor of two, in
+/// whole lines.
 fn sizes(smallest: u64, largest: u64, steps: u32) -> impl Iterator<Item = u64> {
     let size = move |i: u32| {
         let grown = smallest as f64 * (f64::from(i) / f64::from(steps)).exp2();
@@ -199,7 +200,7 @@ impl Planner<'_> {
         }
         for size in sizes(8 << 10, largest, self.scale.steps) {
             let lines = size as usize / LINE;
-            // Sweeps of few lines would mainly time the loop.
+            // The time of a sweep over few lines would mainly be that of the loop.
             let strides = self.scale.strides.iter().copied();
             self.items.push(Item::MemoryMountain {
                 thread: first,
@@ -208,7 +209,7 @@ impl Planner<'_> {
             });
         }
         self.latencies(first, largest);
-        // Last, since it takes longest and must not take time from the others.
+        // The solvers are last: they take longest, and must not take time from the other measurements.
         self.solvers(&compact);
     }
 
@@ -221,7 +222,8 @@ impl Planner<'_> {
         }
     }
 
-    /// Lines of each of a member's `arrays` arrays, and whether they outgrow the caches.
+    /// Number of lines in each of the `arrays` arrays of a member, and whether the arrays are large enough to
+    /// outgrow the caches.
     fn array_lines(&self, team: &[HardwareThread], arrays: u64) -> (usize, bool) {
         let caches = match self.topology.caches.last() {
             Some(cache) => cache.size * caches_spanned(self.topology, team, cache) as u64,
@@ -243,7 +245,7 @@ impl Planner<'_> {
             (Placement::Scattered, &scattered),
         ] {
             for team in teams {
-                // If both placements give the same threads, one measurement is enough.
+                // Skip a team whose threads are also a compact team.
                 if placement == Placement::Scattered && same_places(team, compact) {
                     continue;
                 }
@@ -263,7 +265,7 @@ impl Planner<'_> {
         }
     }
 
-    /// Pairs of nodes: the cores of each read the memory of each.
+    /// Adds the measurements between nodes: the cores of each node read the memory of each node.
     fn nodes(&mut self) {
         let topology = self.topology;
         if topology.numa_nodes.len() < 2 {
@@ -304,7 +306,7 @@ impl Planner<'_> {
             Solver::Volterra => 0,
             Solver::ClosedModes => copies * MAPS * 32 * (campaign.modes as u64).pow(2),
         };
-        // A few points are always measured.
+        // The usual number of points is always measured.
         let points = campaign.points.saturating_sub(POINTS) as u64 * most * POINT_BYTES;
         if tables + points > self.limits.memory {
             let said = format!(

@@ -1,4 +1,4 @@
-//! The combined results of repeated rounds of an item.
+//! The results of an item over all rounds.
 
 use super::error::MeasurementError;
 use super::figure::{Kind, figure, median};
@@ -10,7 +10,7 @@ use crate::store::{Figure, Measurement};
 pub struct Sample {
     /// Times of a unit of work, by figure and round \[s\].
     pub figures: Vec<Vec<Vec<f64>>>,
-    /// Gain of every team except the first over one thread, in all rounds.
+    /// Ratios of the rate to that of one thread in all rounds, for every team except the first.
     pub gains: Vec<Vec<f64>>,
     /// Bytes of one table; 0 without tables.
     pub bytes: usize,
@@ -18,7 +18,7 @@ pub struct Sample {
     pub work: Work,
     /// Why threads could not be bound; `None` if they were.
     pub unbound: Option<String>,
-    /// Why the measurement ended.
+    /// The error that ended the measurement.
     pub error: Option<MeasurementError>,
 }
 
@@ -50,7 +50,7 @@ impl Sample {
         figure(self.figures.get(index)?, kind)
     }
 
-    /// Median gain of a team over one thread; 1 for the first team.
+    /// Median ratio of the rate of a team to that of one thread; 1 for the first team.
     pub fn gain(&self, team: usize) -> f64 {
         let gains = team.checked_sub(1).and_then(|i| self.gains.get(i));
         gains.map_or(1.0, |gains| median(&mut gains.clone()))
@@ -63,7 +63,7 @@ impl Sample {
     }
 }
 
-/// Median relative distance of the median repetition from the best, over all rounds.
+/// Relative distance of the median repetition of a round from its best one: the median over all rounds.
 pub fn scatter(samples: &[Sample]) -> Option<f64> {
     let mut behind: Vec<f64> = (samples.iter())
         .flat_map(|sample| sample.figures.iter().flatten())

@@ -41,7 +41,7 @@ impl Extent {
         }
     }
 
-    /// Duration of repetitions in a round.
+    /// Duration and number of the repetitions in a round.
     pub fn pace(self) -> RepetitionTime {
         let (slice, least) = match self {
             Self::Quick => (6, 3),
@@ -62,9 +62,9 @@ impl Extent {
 pub enum Part {
     /// Multiply-adds in registers, by instruction set.
     Arithmetic,
-    /// Read, copy and triad over threads, and from node to node.
+    /// Read, copy and triad for several numbers of threads, and reading from node to node.
     Bandwidth,
-    /// Integrating over modes, operating points, threads and copies of tables.
+    /// Integrating with several numbers of modes, operating points, threads and copies of tables.
     Solver,
     /// Reading buffers by size and stride.
     Mountain,
@@ -90,8 +90,8 @@ pub struct Settings {
     pub only: Vec<Part>,
     /// Largest number of rounds, if smaller than usual.
     pub rounds: Option<usize>,
-    /// Largest memory to use \[bytes\]; by default a quarter of the memory that is free or granted by a control
-    /// group.
+    /// Largest memory to use \[bytes\]. The default is a quarter of the free memory, or of a smaller limit of
+    /// the control group.
     pub memory: Option<u64>,
 }
 

@@ -1,8 +1,8 @@
 //! Solver scaling: teams integrate the default drive near resonance, each thread at its operating points. There is one
 //! copy of the tables for all threads, one per node or one per thread.
 //!
-//! Every member advances the same trajectories over the same cycles in every repetition, so all
-//! have the same work and must end in the same bits.
+//! Every member of a team advances the same trajectories over the same cycles in every repetition. All
+//! members therefore have the same work, and their results must have the same bits.
 
 use super::drive::{self, DefaultDrive, EVENT_LIMIT, Mesh};
 use super::error::MeasurementError;
@@ -14,16 +14,17 @@ use crate::model::{OperatingPoint, TrajectoryState};
 use crate::propagate::{ClosedModes, Counters, InstructionSet, Kernel, Stop, TableArray, Volterra};
 use crate::topology::Topology;
 
-/// Mesh cycles of a repetition at every operating point. Cycles differ in their events, so a
-/// repetition must contain several, and always the same ones; a short one is less often disturbed.
+/// Mesh cycles of a repetition at every operating point. Cycles differ in their events. A repetition must
+/// therefore contain several cycles, and always the same ones. A short repetition is disturbed less often.
 const CYCLES_PER_POINT: u64 = 16;
 
-/// Number of measurements of all teams, with one thread before each of them: if the machine changes its
-/// speed meanwhile, both change, but not their ratio. A table in a shared cache is read a fifth
-/// faster after some fifty reads; otherwise the first team would be at a disadvantage.
+/// Number of passes over all teams. One thread is measured before each team. A change of the machine's speed
+/// then affects both, but not their ratio. A table in a shared cache is read a fifth faster after about fifty
+/// reads. In a single pass the first team would therefore be at a disadvantage.
 const PASSES: usize = 3;
 
-/// Operating points: near resonance, light load first. With more points some have equal loads.
+/// Speed \[rad/s\] and loads of the operating points: near resonance, the lightest load first. For more
+/// points the loads repeat.
 const SPEED: f64 = 1200.0;
 const LOADS: [f64; 8] = [0.05, 0.08, 0.12, 0.15, 0.19, 0.22, 0.26, 0.30];
 
@@ -88,9 +89,10 @@ fn tables(error: impl std::error::Error + Send + Sync + 'static) -> MeasurementE
     MeasurementError::Tables(Box::new(error))
 }
 
-/// Reads of closed modes per cycle: in every block the motion of each pair of coordinates and its part
-/// of the deflection at eight nodes; a dense product at each event, and two per cycle from modes to
-/// eigenvectors and back. Changes of stiffness while closed are not counted.
+/// Numbers that `closed_modes` reads per cycle. In every block it reads the motion of each pair of
+/// coordinates, and its part of the deflection at eight nodes. At each event it computes a dense product, and
+/// two more per cycle from modes to eigenvectors and back. Changes of stiffness in a closed contact are not
+/// counted.
 fn work_of_closed_modes(modes: usize, counted: &Counters, bytes: usize) -> Work {
     const NODES: usize = 8;
     /// Sets of closed contacts of the default drive; a block reads the numbers of one.
@@ -124,8 +126,8 @@ fn copy_of(sharing: Sharing, team: &[HardwareThread]) -> Vec<usize> {
     copies.collect()
 }
 
-/// Copies of tables, each made by a thread that is bound to its first reader's place, so that it is
-/// on that node.
+/// Copies of tables. A thread that is bound to the hardware thread of a copy's first reader makes the copy,
+/// so that it is on the node of this reader.
 fn copies(
     topology: &Topology,
     team: &[HardwareThread],
@@ -140,7 +142,7 @@ fn copies(
     let copy = |reader: HardwareThread| {
         std::thread::scope(|scope| {
             let maker = scope.spawn(|| {
-                // If the thread cannot be bound, the system chooses the place of the memory.
+                // If the thread cannot be bound, the system chooses the node of the memory.
                 _ = topology.bind_current_thread(&[reader.index]);
                 built.to_vec()
             });
@@ -203,8 +205,8 @@ fn advance<K: Kernel>(
     Ok(measured)
 }
 
-/// Order of the measurements: the first of `count` teams before each of the others, or only the first if it is the only
-/// team.
+/// Order of the measurements of `count` teams: the first team before each of the others. A single team is
+/// measured once.
 fn in_turn(count: usize) -> Vec<usize> {
     match count {
         0 | 1 => (0..count).collect(),
@@ -217,10 +219,10 @@ struct Trajectories<'s, K: Kernel> {
     kernels: Vec<K>,
     starts: &'s [&'s TrajectoryState],
     states: Vec<TrajectoryState>,
-    /// One per operating point, as kernels keep prepared data in them.
+    /// One per operating point, because kernels keep prepared data in them.
     workspaces: Vec<K::Workspace>,
     counters: Counters,
-    /// The operating point at which the member begins, different for every member.
+    /// The operating point at which the member begins. Members begin at different points.
     first: usize,
     stopped: Option<Stop>,
 }
@@ -238,7 +240,7 @@ impl<'s, K: Kernel> Trajectories<'s, K> {
         }
     }
 
-    /// Advances [`CYCLES_PER_POINT`] cycles at every point, from its start.
+    /// Advances [`CYCLES_PER_POINT`] cycles at every operating point, each time from the same start.
     fn repeat(&mut self) {
         let points = self.kernels.len();
         for point in (self.first..points).chain(0..self.first) {

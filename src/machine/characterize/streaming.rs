@@ -14,7 +14,7 @@ const A: f64 = 1.0;
 const B: f64 = 2.0;
 const FACTOR: f64 = 3.0;
 
-/// A member's arrays: a is written, b and c are read.
+/// The arrays of a member: it writes a, and reads b and c.
 struct Arrays {
     a: Buffer,
     b: Buffer,
@@ -22,7 +22,7 @@ struct Arrays {
     right: bool,
 }
 
-/// Times of the kernels on a team.
+/// Times per repetition of each kernel on a team \[s\].
 pub fn streams(
     topology: &Topology,
     team: &[HardwareThread],
@@ -77,7 +77,7 @@ pub fn bytes(kernel: StreamKernel, members: usize, lines: usize) -> u64 {
     (kernel.arrays() * members * lines * LINE) as u64
 }
 
-/// Times of reading the memory of a node.
+/// Times per repetition in which a team reads the memory of a node \[s\].
 pub fn nodes(
     topology: &Topology,
     team: &[HardwareThread],
@@ -103,7 +103,7 @@ pub fn nodes(
     Ok(results.checked("reading from node to node")?.into())
 }
 
-/// Times per multiply-add in registers, over the operations of the whole team.
+/// Times per operation in registers \[s\], for the multiply-adds of the whole team.
 pub fn arithmetic(
     topology: &Topology,
     team: &[HardwareThread],

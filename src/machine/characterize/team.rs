@@ -1,5 +1,5 @@
-//! The method: threads that are bound to cores do the same work at the same time. The time of each
-//! repetition is from the first start to the last end.
+//! The method of all measurements: threads that are bound to cores do the same work at the same time. The
+//! time of a repetition is from the first start to the last end.
 //!
 //! Every thread allocates its memory itself, after it is bound, and warms up before the
 //! timing starts.
@@ -18,7 +18,7 @@ pub struct HardwareThread {
     pub node: u32,
 }
 
-/// Duration of repetitions.
+/// Duration and number of repetitions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RepetitionTime {
     /// Time after which repetitions end.
@@ -69,8 +69,8 @@ impl<R> TeamResults<(bool, R)> {
     }
 }
 
-/// Runs a member on every hardware thread: it `prepare`s its state, `warm`s up for each of `tasks` pieces
-/// of work, repeats it, and `finish`es. If a preparation fails, its error is returned and
+/// Runs a member on every hardware thread. Each member prepares its state. For each of `tasks` pieces of work
+/// it then calls `warm` once, and repeats `once`. At the end it calls `finish`. If a preparation fails,
 /// nothing is repeated.
 ///
 /// # Errors
@@ -156,7 +156,7 @@ pub fn work<S, R: Send>(
     Ok(worked)
 }
 
-/// Number of rounds of `run` that take about `wanted`, by doubling.
+/// Number of rounds of `run` that take about the time `wanted`. It tries 1, 2, 4, … rounds.
 pub fn rounds_for(wanted: Duration, mut run: impl FnMut(usize)) -> usize {
     let mut rounds = 1;
     loop {
@@ -198,8 +198,8 @@ impl Interval {
     }
 }
 
-/// A barrier that spins before it sleeps: a member that the system must wake up would start
-/// late.
+/// A barrier at which members spin, and yield the processor only after many checks. A member that the system
+/// must wake up would start late.
 struct SpinBarrier {
     members: usize,
     waiting: AtomicUsize,

@@ -1,8 +1,8 @@
 //! Loops with the machine's vectors: streaming through lines, and multiply-adds in registers.
 //!
-//! They are written with intrinsics to measure exactly the intended operations. A compiler turns a
-//! plain copy into a call of `memcpy`, which chooses its stores by size, and does independent
-//! sums one by one. An empty `asm` in the copying loops keeps them as loops.
+//! They are written with intrinsics to measure exactly the intended operations. A compiler replaces a plain
+//! copy by a call of `memcpy`, which chooses its stores by size, and it computes independent sums one after
+//! the other. An empty `asm` in the copying loops prevents this replacement.
 
 #![allow(unsafe_code)]
 
@@ -75,7 +75,7 @@ macro_rules! loops {
                     let mut at = 0;
                     while at + (READERS - 1) * stride < lines.len() {
                         for (k, sum) in sums.iter_mut().enumerate() {
-                            // SAFETY: k is less than READERS, so that this line lies before the end.
+                            // SAFETY: k is less than READERS, so that this line is before the end.
                             let line = unsafe { lines.get_unchecked(at + k * stride) };
                             for v in 0..VECTORS {
                                 // SAFETY: a vector within an aligned line.
@@ -262,13 +262,13 @@ macro_rules! by_set {
     ($set:expr, $name:ident $(::<$past:tt>)?, $($argument:expr),*) => {
         match $set {
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: every such set is only ever made by `Set::available`, after the processor
-            // was asked for it.
+            // SAFETY: only `Set::available` makes this set, after it has checked that the processor
+            // supports it.
             Set::Avx512 => unsafe { avx512::$name$(::<$past>)?($($argument),*) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
             Set::Avx2 => unsafe { avx2::$name$(::<$past>)?($($argument),*) },
-            // SAFETY: the baseline is there in any case.
+            // SAFETY: every processor supports the baseline.
             #[allow(unused_unsafe)]
             _ => unsafe { baseline::$name$(::<$past>)?($($argument),*) },
         }

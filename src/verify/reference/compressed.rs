@@ -1,13 +1,13 @@
-//! Which open contacts are compressed, although no force closes them?
+//! Which open contacts are compressed? Their spring and damper together would pull, so that they stay open.
 
 use crate::model::{ActiveSet, Model, Segment};
 
-/// Compressed open contacts, among those that open when their force vanishes.
+/// The compressed open contacts, among contacts that open when their force vanishes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Compressed {
-    /// Contacts whose force vanished and that are not yet free.
+    /// Compressed contacts that are open because their force vanished.
     pub unladen: ActiveSet,
-    /// Layers of films that have been passed: the film is thinner than the layer.
+    /// Passed layers of films: the film is thinner than at the end of the layer.
     pub passed: ActiveSet,
 }
 
@@ -37,8 +37,9 @@ impl Compressed {
         compressed
     }
 
-    /// Updates the sets for the layers of films after a contact has opened or closed. If a layer, or the flank behind
-    /// it, is closed, all layers before it count as passed. Layers out of reach on the other side are free.
+    /// Updates the sets for the layers of films after a contact has opened or closed. If a layer or the flank
+    /// is closed, all layers before it count as passed. Layers out of reach on the other side are not
+    /// compressed.
     pub fn take_note(&mut self, model: &Model, closed: ActiveSet, segments: &[Segment]) {
         for layer in (0..model.contacts.len()).filter(|layer| model.is_of_film(*layer)) {
             let layer_set = ActiveSet::FREE.toggled(layer);

@@ -1,11 +1,12 @@
-//! Where does a step leave its contact state? Samples of the margin, its minima, its zero.
+//! When does a contact change its state within a step? The margin of the contact is sampled, and its minima
+//! and its zero are located.
 
-/// Margin of a contact, positive while its state lasts, and its rate.
+/// Margin of a contact and its rate. The margin is positive as long as the contact keeps its state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Margin {
-    /// Margin \[m\], for a force \[N\].
+    /// Margin \[m\]; \[N\] if it is a force.
     pub value: f64,
-    /// Rate of the margin \[m/s\], for a force \[N/s\].
+    /// Rate of the margin \[m/s\]; \[N/s\] if it is a force.
     pub rate: f64,
 }
 
@@ -40,9 +41,9 @@ pub(super) fn first_crossing(
 ) -> Option<f64> {
     for (i, pair) in samples.windows(2).enumerate() {
         let [(left, before), (right, after)] = [pair[0], pair[1]];
-        // Samples have only the order of the stages. If a sample and the exact margin have different signs, the margin
-        // is zero within the error of the sample. The exact one then decides whether there is a crossing, and on which
-        // side of the left sample it lies.
+        // Samples are less accurate than `exact`. If a sample and the exact margin have different signs, the
+        // margin is zero within the error of the sample. The exact margin then decides whether there is a
+        // crossing, and on which side of the left sample it is.
         if after.value < 0.0 && exact(right).value < 0.0 {
             let left = match i.checked_sub(1) {
                 Some(earlier) if exact(left).value < 0.0 => samples[earlier].0,
@@ -51,7 +52,8 @@ pub(super) fn first_crossing(
             return Some(zero(left, right, resolution, exact));
         }
         if before.rate < 0.0 && after.rate >= 0.0 {
-            // Twice the distance that the rates can cover: a minimum far from the surface need not be computed.
+            // Twice the distance that the rates can cover. A minimum farther from the surface need not be
+            // computed.
             let reach = 2.0 * before.rate.abs().max(after.rate) * (right - left);
             if before.value > reach {
                 continue;
@@ -72,8 +74,8 @@ fn minimum(
     resolution: f64,
     mut exact: impl FnMut(f64) -> Margin,
 ) -> f64 {
-    // The margin is flat at its minimum: the square root of the resolution would be enough, but the full one costs
-    // little.
+    // The square root of the resolution would be enough, because the margin is flat at its minimum. The full
+    // resolution costs little.
     while right - left > resolution {
         let middle = 0.5 * (left + right);
         if middle <= left || middle >= right {
@@ -104,7 +106,7 @@ fn zero(
             left = time;
         }
         let mut next = time - margin.value / margin.rate;
-        // Not finite, or outside: bisect.
+        // If the step is not finite or outside the bracket, bisect.
         if !(next > left && next < right) {
             if (next - time).abs() <= resolution {
                 break;
@@ -124,7 +126,7 @@ fn zero(
 mod tests {
     use super::*;
 
-    /// Margins of a polynomial-like function sampled at the given times.
+    /// The first crossing of a function (value, rate), sampled at the given times.
     fn crossing(f: impl Fn(f64) -> (f64, f64), times: &[f64]) -> Option<f64> {
         let margin = |t: f64| {
             let (value, rate) = f(t);
@@ -179,7 +181,7 @@ mod tests {
             rate: -1.0,
         };
         let mut samples = TIMES.map(|t| (t, exact(t)));
-        // The sample at 0.5 is just beyond the surface, but has the other sign; then the reverse.
+        // The exact margin at 0.5 is negative, but the sample is positive. Then the reverse.
         samples[2].1.value = 1e-11;
         let t = first_crossing(&samples, 1e-17, exact).unwrap();
         assert!((t - (0.5 - 1e-12)).abs() < 2e-16, "{t}");

@@ -12,7 +12,7 @@ pub(super) enum SlidingDirection {
 pub(super) enum EndCondition {
     /// Its deflection, at its surface.
     Deflection,
-    /// The push of its spring and damper, at zero.
+    /// The force of its spring and damper, at zero.
     Push,
     /// The velocity of its slider, at zero.
     Slide,

@@ -9,7 +9,7 @@ pub enum ReferenceError {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// The contact chatters.
+    /// The contact state changes too often.
     #[error("more than {limit} changes of contact state in mesh cycle {cycle}")]
     Chatter {
         /// The mesh cycle.

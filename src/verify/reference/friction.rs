@@ -1,14 +1,15 @@
-//! When does dry friction stick and slip?
+//! When does dry friction stick, and when does it slip?
 //!
-//! When the speed of sliding vanishes, the force that would hold the structure decides: the contact sticks, or slips
-//! back at once.
+//! At a zero of the speed of sliding, the force that would hold the structure decides whether the element
+//! sticks, or slips back at once.
 
 use super::crossing::Margin;
 use super::end_conditions::{EndCondition, SlidingDirection};
 use super::integrator::Integration;
 use crate::model::DryFriction;
 
-/// Round-off of a speed, as a part of the bound of [`Model::sliding_speed`](crate::model::Model::sliding_speed).
+/// Round-off of a speed, as a fraction of the round-off of
+/// [`Model::sliding_speed`](crate::model::Model::sliding_speed).
 const AT_REST: f64 = 0.1;
 
 /// Round-off of a force, relative to the static force.
@@ -24,7 +25,8 @@ impl SlidingDirection {
 }
 
 impl Integration<'_> {
-    /// Static friction that remains in one direction \[N\], and its rate.
+    /// Difference of the static friction and the force of a sticking element in one direction \[N\], and its
+    /// rate \[N/s\].
     pub(super) fn room(
         &self,
         contact: usize,
@@ -51,7 +53,7 @@ impl Integration<'_> {
         AT_REST * (noise + OF_FORCE * friction.static_force * friction.push * self.reference.step)
     }
 
-    /// Ends a state of dry friction at a time \[s\] of a mesh cycle.
+    /// Ends the present state of an element of dry friction, at a time \[s\] of a mesh cycle.
     pub(super) fn meet_friction(
         &mut self,
         friction: DryFriction,
@@ -75,7 +77,7 @@ impl Integration<'_> {
         self.stop_sliding(time);
     }
 
-    /// Removes round-off of the speed from sticking elements.
+    /// Removes the round-off of the sliding speed of sticking elements.
     fn stop_sliding(&mut self, time: f64) {
         let model = self.reference.model;
         let (first, second) = self.state.value.split_at_mut(model.modes());

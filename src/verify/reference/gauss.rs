@@ -10,7 +10,8 @@
 //! found by fixed-point sweeps: with L the rate of the system, sweep m leaves an error of
 //! about `(L h)^{m+2}/(m+2)!`, and the caller keeps `L h ≤ 1`.
 
-/// Fixed-point sweeps per step: 1/22! is 9·10⁻²², with two additional sweeps against round-off at `L h = 1`.
+/// Number of fixed-point sweeps per step. At `L h = 1` the error after them is 1/22! = 9·10⁻²². 18 sweeps
+/// would be enough.
 const SWEEPS: usize = 20;
 
 /// Nodes and coefficients of an s-stage rule.
@@ -139,7 +140,7 @@ impl StageWork {
     }
 }
 
-/// A state with the round-off of its sums (Kahan 1965).
+/// A state as a compensated sum (Kahan 1965): its value, and the accumulated round-off.
 #[derive(Debug, Clone)]
 pub(super) struct Compensated {
     /// The value.
@@ -160,7 +161,7 @@ impl Compensated {
         let increment = increment + self.rest[component];
         let old = self.value[component];
         let new = old + increment;
-        // Knuth's two-sum: exact for any order of magnitudes.
+        // Knuth's two-sum is exact for summands of any size.
         let back = new - old;
         self.rest[component] = (old - (new - back)) + (increment - back);
         self.value[component] = new;

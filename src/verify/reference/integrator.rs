@@ -87,12 +87,12 @@ impl<'m> Reference<'m> {
     /// Advances `cycles` whole mesh cycles from `start`.
     ///
     /// # Errors
-    /// [`ReferenceError`] if the state becomes non-finite or the contact chatters.
+    /// [`ReferenceError`] if the state becomes non-finite or the contact state changes too often.
     pub fn advance(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, ReferenceError> {
         self.advance_watched(start, cycles, &mut |_| {})
     }
 
-    /// As [`Reference::advance`]; also passes to `watch` the moments for integrals over time, in order.
+    /// As [`Reference::advance`]. Also passes all moments that integrals over time need to `watch`, in order.
     ///
     /// # Errors
     /// As [`Reference::advance`].
@@ -201,7 +201,7 @@ impl Integration<'_> {
         self.compressed = Compressed::of(model, closed, at, &self.state.value);
     }
 
-    /// Conditions that end the present state of a contact; the first one counts.
+    /// Conditions that may end the present state of a contact. The earliest one ends it.
     fn end_conditions(&self, contact: usize) -> &'static [EndCondition] {
         let release = self.reference.model.contacts[contact].release;
         match (release, self.contact.holds(contact)) {
@@ -273,8 +273,8 @@ impl Integration<'_> {
         Ok(end)
     }
 
-    /// One step from `left` to `right`, or to the first crossing, whose time is returned; `last` if it is the last one
-    /// of a smooth piece without a crossing.
+    /// One step from `left` to `right`, or to the first crossing, whose time is returned. `last` is true for
+    /// the last step of a smooth piece.
     fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
         if let Some(stop) = self.reached_stop(left) {
             self.meet_stop(stop, stop.impact, left);
@@ -317,7 +317,7 @@ impl Integration<'_> {
             }
         }
         let reached = match first {
-            // The rounded time of the crossing, which is consistent with the state.
+            // Round the time of the crossing, and advance the state to the rounded time.
             Some((tau, ..)) => left + tau,
             None => right,
         };
@@ -434,7 +434,8 @@ impl Integration<'_> {
                     contact_data.gap(segment, time),
                 );
                 if contact_data.release == Release::Slip || self.leaving.holds(contact) {
-                    // Right after a slip the margin has a double root, which round-off must not split.
+                    // Right after a slip or a rest the margin has a double root, which round-off must not
+                    // split.
                     margin.value += round_off(model, contact, state);
                 }
                 margin

@@ -1,15 +1,15 @@
-//! An independent event-driven integrator for cross-checks: what is the trajectory, to round-off, if only
-//! [`Model::derivative`](crate::model::Model::derivative) is trusted? It imports `model` only and shares no code with
+//! An independent event-driven integrator for cross-checks. It computes the trajectory to round-off from
+//! [`Model::derivative`](crate::model::Model::derivative). It imports `model` only, and shares no code with
 //! the kernels.
 //!
-//! Between breakpoints (segment boundaries, changes of contact state) the vector field is smooth and is integrated by
-//! Gauss collocation of order 16 with compensated summation. Newton's method locates crossings of the switching
-//! surfaces. Each of its evaluations is an integration from the start of the step, so that a crossing is known to
-//! round-off. A minimum of the distance to a surface between two samples of a step is computed, so that no pair of
-//! grazing crossings is missed.
+//! Between breakpoints (segment boundaries, changes of contact state) the vector field is smooth and is
+//! integrated by Gauss collocation of order 16 with compensated summation. Newton's method locates crossings
+//! of the switching surfaces. Each of its evaluations is an integration from the start of the step, so that a
+//! crossing is known to round-off. Minima of the distance to a surface between two samples of a step are
+//! located, so that no pair of grazing crossings is missed.
 //!
-//! Speed is not a goal. The step and the rule are fixed, and [`Reference::refined`] halves the step to show that the
-//! result does not change.
+//! Speed is not a goal. The step and the rule are fixed. [`Reference::refined`] shortens the step, to show
+//! that the result does not change.
 //!
 //! [`Extended`] computes the trajectory to about 30 digits by Taylor series in numbers of two doubles, and shares no
 //! method with [`Reference`].

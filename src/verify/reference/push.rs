@@ -1,13 +1,13 @@
-//! What is the push of a contact's spring and damper, and its rate?
+//! With what force do the spring and damper of a contact push, and what is the rate of this force?
 
 use super::crossing::Margin;
 use crate::model::{MeshGain, Model, Segment};
 
-/// Round-off of a difference of positions, relative to the positions.
+/// Round-off of a difference of positions, relative to the size of the positions.
 const AT_LIMIT: f64 = 1e-14;
 
-/// The push `s F = k (s δ − b) + c (s δ' − b')` \[N\] of a contact on a segment and its rate \[N/s\], in a state with
-/// time derivative `slope`. An open contact counts as closed.
+/// The push `s F = k (s δ − b) + c (s δ' − b')` of a contact \[N\], and its rate \[N/s\], on a segment in a
+/// state with the time derivative `slope`. For an open contact they are those that it would have if closed.
 pub(super) fn push(
     model: &Model,
     contact: usize,
@@ -34,8 +34,8 @@ pub(super) fn push(
     }
 }
 
-/// Round-off of the stretch of a slider's spring, or of the deflection at a rigid stop \[m\], from the positions whose
-/// difference it is.
+/// Round-off of the stretch of a slider's spring, or of the deflection at a rigid stop \[m\], from the size
+/// of the positions whose difference it is.
 pub(super) fn round_off(model: &Model, contact: usize, state: &[f64]) -> f64 {
     let slider = model.sliders.iter().find(|slider| slider.has(contact));
     let place = slider.map_or(0.0, |slider| state[slider.block].abs());

@@ -1,4 +1,4 @@
-//! What is the fastest rate in a model? It sets the longest step.
+//! What is the fastest rate in a model? It determines the longest step.
 
 use crate::model::Model;
 
@@ -28,6 +28,6 @@ pub(super) fn fastest_rate(model: &Model) -> f64 {
     error
         .chain(ripple)
         .fold(structure + 2.0 * decay, f64::max)
-        // A free body has no rate; the mesh cycle then sets the step.
+        // A free body has no rate. The mesh cycle then determines the step.
         .max(1.0 / model.period())
 }

@@ -8,20 +8,21 @@ use super::integrator::Integration;
 use super::push::round_off;
 use crate::model::{ActiveSet, Stop};
 
-/// Duration of the omitted impacts, times the fastest rate: if the force hardly changes, and otherwise.
+/// Largest duration of the omitted impacts, times the fastest rate: first if the force of the stop hardly
+/// changes during them, then otherwise.
 const SHORT: [f64; 2] = [1e-6, 3e-8];
 
-/// Relative change of a force that hardly changes.
+/// Largest relative change of a force that hardly changes.
 const NEGLIGIBLE_CHANGE: f64 = 1e-5;
 
-/// Speed, in units of its round-off, below which impacts that alternate between stops are omitted.
+/// Speed, in units of its round-off, below which impacts are omitted if another stop is reached too.
 const AT_SEVERAL: f64 = 1e3;
 
-/// Part of a step for the difference that gives the rate of a force.
+/// Step of the difference quotient for the rate of a force, as a fraction of the longest step.
 const DIFFERENCE_STEP: f64 = 1e-4;
 
 impl Integration<'_> {
-    /// Applies an event of a stop at a time \[s\] of a mesh cycle.
+    /// Applies an impact on a stop, or the end of a rest, at a time \[s\] of a mesh cycle.
     pub(super) fn meet_stop(&mut self, stop: Stop, contact: usize, time: f64) {
         let model = self.reference.model;
         if contact == stop.rest() {
@@ -76,7 +77,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Force \[N\] of a stop that holds the state, or would hold it.
+    /// Force \[N\] with which a stop holds the structure, or would hold it.
     fn force(&self, stop: Stop, time: f64) -> f64 {
         let model = self.reference.model;
         let at = (self.cycle, time);
@@ -89,7 +90,8 @@ impl Integration<'_> {
         holding.next().map_or(0.0, |(_, force)| force)
     }
 
-    /// Subtracts a rate \[m/s\] at a stop from the state, together with the contacts that hold it.
+    /// Subtracts a rate \[m/s\] at a stop from the state, by an impulse of the stop and those of the closed
+    /// rests.
     fn subtract_rate(&mut self, stop: Stop, rate: f64) {
         let (rests, push) = self.reference.model.impulses_at_rests(stop, self.contact);
         for (constraint, share) in rests.into_iter().chain([(stop.constraint(), 1.0)]) {
@@ -97,8 +99,8 @@ impl Integration<'_> {
         }
     }
 
-    /// Distance \[m\] beyond an open stop, rate of approach \[m/s\] and round-off of the distance; `None` if the stop
-    /// holds the state.
+    /// Distance beyond an open stop \[m\], rate of approach \[m/s\] and round-off of the distance \[m\];
+    /// `None` if the structure rests on the stop.
     fn overshoot(&self, stop: Stop, time: f64) -> Option<[f64; 3]> {
         let (model, state) = (self.reference.model, &self.state.value);
         let (contact, segment) = (stop.impact, &self.segments[stop.impact]);
@@ -108,7 +110,7 @@ impl Integration<'_> {
         open.then(|| [deflection - gap, rate, round_off(model, contact, state)])
     }
 
-    /// A stop that the state has reached and approaches.
+    /// An open stop that the structure has reached and still approaches.
     pub(super) fn reached_stop(&self, time: f64) -> Option<Stop> {
         let mut stops = self.reference.model.stops.iter().copied();
         stops.find(|stop| {
@@ -119,7 +121,7 @@ impl Integration<'_> {
         })
     }
 
-    /// Whether the state reaches another stop within a duration \[s\] at its present rate.
+    /// Whether the structure reaches another open stop within a duration \[s\], at its present rate.
     fn meets_another(&self, stop: Stop, time: f64, lasts: f64) -> bool {
         let mut others = self
             .reference
@@ -138,7 +140,7 @@ impl Integration<'_> {
         (self.reference.model).push_along(direction, impulse, [first, second]);
     }
 
-    /// Force \[N\] of a constraint that holds a state, and its rate \[N/s\].
+    /// Force \[N\] with which a constraint holds the structure in a state, and its rate \[N/s\].
     pub(super) fn holding_force(&self, contact: usize, state: &[f64], time: f64) -> Margin {
         let model = self.reference.model;
         let place = model

@@ -3,7 +3,7 @@
 use super::report::{drives_of, worse};
 use super::{CheckError, Line, Subjects, drives};
 
-/// Residual of the energy balance through rattle.
+/// Residual of the energy balance over many cycles of rattle.
 pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
@@ -31,8 +31,8 @@ pub fn energy(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// The neutral pair moves according to its start and its torques, independent of the other modes. Friction and ripple,
-/// which also move it, are left out.
+/// The neutral rotation moves according to its start and its torque, independently of the other modes.
+/// Friction and torque ripple also act on it, and are left out.
 pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let (place, speed) = (1e-6, 1e-4);
     let mut lines = Vec::new();
@@ -77,7 +77,7 @@ pub fn neutral(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             ),
             "free rotation",
             worst,
-            // One rounding per window, all in one direction.
+            // Allow one rounding error per window, all with the same sign.
             windows as f64 * f64::EPSILON,
             "relative",
         ));

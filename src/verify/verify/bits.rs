@@ -1,4 +1,4 @@
-//! Results have the same bits for any division of the work and any number of threads.
+//! Checks that results have the same bits for any division of the work and any number of threads.
 
 use super::drives;
 use super::drives::default_gears;
@@ -57,7 +57,7 @@ fn on_threads<T: Send>(
     pool.install(work)
 }
 
-/// Compares probes of attractors and a mesh table on one thread with those on three.
+/// Compares probes of attractors and a mesh table on one thread with those on three threads.
 pub fn threads(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
     let model = subjects.default_drive()?.model()?;

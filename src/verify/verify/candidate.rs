@@ -1,7 +1,7 @@
 //! The kernels under test, by name, and the methods that the checks need.
 //!
-//! Kernels are statically dispatched over observers, so that a list cannot contain them. [`Propagator`] is their
-//! interface for the checks, with one method per quantity.
+//! The methods of a kernel are generic over observers, so that a list cannot contain kernels as trait
+//! objects. [`Propagator`] is their interface for the checks, with one method per quantity.
 
 use super::CheckError;
 use crate::analysis::orbits::floquet;
@@ -26,18 +26,18 @@ pub struct Candidate {
     pub name: String,
     /// Whether it follows stiffness that varies within a segment.
     follows_variation: bool,
-    /// Allowed round-off, relative to that of the structured kernel.
+    /// Allowed round-off, relative to that of the kernel `volterra`.
     pub round_off: f64,
-    /// Divisor for the number of cycles in long tests.
+    /// Divisor of the number of cycles in long checks.
     pub one_of: u64,
     prepare: Box<Prepare>,
 }
 
-/// A product of dense operators adds about a hundred terms per step, and the round-off of its table is the same in
-/// every cycle.
+/// Allowed round-off of a kernel with tables. Products with dense matrices add about a hundred terms per
+/// step, and the round-off of a table is the same in every cycle.
 const TABLE_ROUND_OFF: f64 = 10.0;
 
-/// Integration with tables takes several times as long as without.
+/// Divisor of the number of cycles for a kernel with tables, which takes several times as long.
 const ONE_OF_TABLE_CYCLES: u64 = 5;
 
 type Prepared<'m> = Result<Box<dyn Propagator + 'm>, CheckError>;
@@ -87,7 +87,7 @@ impl Candidate {
     }
 }
 
-/// The kernels that are exact between events: closed modes, and the structured kernel for every instruction set that
+/// The kernels that are exact between events: `closed_modes`, and `volterra` with every instruction set that
 /// the machine and the code support. The last kernel supports every drive.
 pub fn kernels() -> Vec<Candidate> {
     let volterra = |set: InstructionSet| {
@@ -131,7 +131,7 @@ pub struct VolumeGrowth {
     pub contact_fraction: f64,
 }
 
-/// What a kernel found, if the quantity exists.
+/// A quantity from a kernel; `None` if it does not exist.
 type Found<T> = Result<Option<T>, Stop>;
 
 /// The interface of a kernel for one model, for the checks.
@@ -142,7 +142,7 @@ pub trait Propagator {
     /// [`Stop`], for all methods of this trait.
     fn passage(&self, start: &TrajectoryState, cycles: u64) -> Result<Passage, Stop>;
 
-    /// Carries tangents along one mesh cycle.
+    /// Advances tangents over one mesh cycle.
     fn carry(&self, start: &TrajectoryState, tangents: &mut Tangents) -> Result<(), Stop>;
 
     /// Relative residual of the energy balance over some cycles; `None` if nothing moved.
@@ -154,7 +154,7 @@ pub trait Propagator {
     /// Multipliers of the one-cycle map at a state.
     fn multipliers(&self, model: &Model, start: &TrajectoryState) -> Found<Vec<Complex64>>;
 
-    /// Growth of the whole tangent space over a multiple of ten cycles.
+    /// Growth of a volume of the whole tangent space over `cycles`, a multiple of ten.
     fn volume_growth(
         &self,
         model: &Model,
@@ -162,7 +162,7 @@ pub trait Propagator {
         cycles: u64,
     ) -> Found<VolumeGrowth>;
 
-    /// Exponents from tangents and from a twin.
+    /// Exponents from tangents and from a twin trajectory.
     ///
     /// # Errors
     /// The kernel stops.

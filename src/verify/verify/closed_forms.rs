@@ -11,8 +11,8 @@ use crate::shaft::{RigidDrive, Tier};
 use nalgebra::{DMatrix, Schur};
 use std::f64::consts::PI;
 
-/// Compares the kernel's multipliers with the eigenvalues of a product of matrix exponentials: in constant contact a
-/// mesh cycle is one affine map.
+/// Compares the multipliers of kernels with the eigenvalues of a product of matrix exponentials. In constant
+/// contact a mesh cycle is one affine map.
 pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     let mut exact = Vec::new();
@@ -50,18 +50,18 @@ pub fn multipliers(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// Exponents per cycle of the affine map of constant contact, largest first: products of matrix exponentials of the
-/// linear part of [`Model::derivative`], without neutral blocks.
+/// Exponents per cycle of the affine map of constant contact, the largest first. The map is the product of
+/// matrix exponentials of the linear part of [`Model::derivative`], without neutral blocks.
 ///
-/// Exponentials (Padé, scaling and squaring) and eigenvalues (Schur) come from nalgebra; kernels and their multipliers
-/// use another library.
+/// Exponentials (Padé, scaling and squaring) and eigenvalues (Schur) are computed by nalgebra. Kernels and
+/// their multipliers do not use this library.
 ///
 /// # Errors
 /// [`CheckError::Missing`] if an eigenvalue does not converge.
 pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError> {
     /// Size of a state at which the constant part of the derivative disappears in round-off.
     const LARGE: f64 = 1e6;
-    /// Steps of the Schur iteration per row.
+    /// Largest number of steps of the Schur iteration per row.
     const STEPS_PER_ROW: usize = 1000;
     let n = model.modes();
     let components: Vec<usize> = (0..2 * n)
@@ -70,7 +70,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError>
     let m = components.len();
     let natural = model.blocks.iter().map(|block| block.natural_frequency());
     let fastest = natural.fold(2e4, f64::max);
-    // Velocities in units of the fastest mode's velocity keep the matrix balanced.
+    // Divide velocities by the fastest frequency, which keeps the entries of the matrix similar in size.
     let unit = |i: usize| if i < n { 1.0 } else { fastest };
     let mut map = DMatrix::<f64>::identity(m, m);
     for (index, segment) in model.first_cycle().segments.iter().enumerate() {
@@ -106,7 +106,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError>
 
 const GAP: f64 = 10e-6;
 
-/// A mass between stops at ± d, with harmonic excitation: unit mass, stiffness κ², damping ratio ζ.
+/// A unit mass between stops at ± d, on a spring κ², with the damping ratio ζ and a harmonic force.
 struct ShakenMass {
     speed: f64,
     /// Constant force \[N/√kg\].
@@ -132,7 +132,8 @@ impl ShakenMass {
         ]
     }
 
-    /// `A = d √((κ² − ω²)² + (2 ζ κ ω)²)`, with d measured from the deflection under the constant force.
+    /// Amplitude of the force at which the mass just reaches a stop, `A = d √((κ² − ω²)² + (2 ζ κ ω)²)`. Here
+    /// d is the distance of the stop from the deflection under the constant force.
     fn grazing(&self) -> f64 {
         let [stiff, loss] = self.impedance();
         (GAP - self.push / (Self::NATURAL * Self::NATURAL)) * stiff.hypot(loss)
@@ -145,7 +146,7 @@ impl ShakenMass {
         let drive = Drive {
             torque_ripple: vec![TorqueRipple {
                 shaft: DriveShaft::Pinion,
-                // For a shaft with 20 teeth: the mesh frequency.
+                // The mesh frequency, because the pinion has 20 teeth.
                 order: 20.0,
                 amplitude,
                 phase: self.phase,
@@ -159,7 +160,7 @@ impl ShakenMass {
         Ok(Model::new(&structure, &drive, point)?)
     }
 
-    /// Whether a motion that starts as the forced vibration reaches a stop within two cycles.
+    /// Whether a motion that starts in the forced vibration reaches a stop within two mesh cycles.
     fn touches(&self, kernel: &Candidate, amplitude: f64) -> Result<bool, CheckError> {
         let model = self.model(amplitude)?;
         let [stiff, loss] = self.impedance();
@@ -173,7 +174,8 @@ impl ShakenMass {
     }
 }
 
-/// The excitation amplitude at which a stop is first touched, bisected between "no event" and "some events".
+/// The amplitude of excitation at which the mass first touches a stop, by bisection between "no event" and
+/// "some events".
 pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
@@ -201,9 +203,9 @@ pub fn grazing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// A mass that falls onto an undamped spring and bounces forever. The load gives the acceleration a, and `ω² = k Σ w²`.
-/// Over the half gap b the mass reaches the speed `v = √(2 a b)`. It then spends `t = 2 (π − atan(ω v / a)) / ω` in
-/// contact with the spring and `2 v / a` in free flight, alternately.
+/// A mass that falls onto an undamped spring and bounces without end. The load gives the acceleration a, and
+/// `ω² = k Σ w²`. Over the half gap b the mass reaches the speed `v = √(2 a b)`. Then times
+/// `2 (π − atan(ω v / a)) / ω` in contact with the spring and times `2 v / a` in free flight alternate.
 pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let (participation, stiffness) = (1.3f64, 4e8f64);
     let structure = structure(&[0.0], 0.0, &[participation], &[participation]);
@@ -240,7 +242,8 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             format!("{}: times of {bounces} bounces", kernel.name),
             "parabolas and half sines in turn",
             worst,
-            // The error grows with the square of the number of bounces: energy drifts, and with it their period.
+            // The error grows with the square of the number of bounces, because a drift of the energy changes
+            // their period.
             subjects.extent.pick(1e-10, 1e-6) * kernel.round_off,
             "cycles",
         ));
@@ -248,8 +251,8 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// Two rigid bodies on the mesh spring: `ω = √(k (r₁²/J₁ + r₂²/J₂))`, from the drawing through
-/// assembly, modes and kernel to the angle of the multipliers.
+/// Two rigid bodies on the mesh spring, `ω = √(k (r₁²/J₁ + r₂²/J₂))`. The angle of the multipliers gives ω
+/// after all steps: drawing, assembly, modes, kernel.
 pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let shafts = drives::shafts()?;
     let density = shafts.density;
@@ -278,7 +281,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
         gyroscopic: false,
     };
     let drive = quiet(GAP, &[stiffness], &[], 0.0);
-    // Less than half a period per mesh cycle, so that the angle determines the frequency.
+    // A mesh cycle is shorter than half a period, so that the angle determines the frequency.
     let point = OperatingPoint {
         load: 1.0,
         speed: 4000.0,

@@ -1,5 +1,5 @@
-//! The drives on which kernels are tested, from one degree of freedom to forty modes; all of them rattle. The largest
-//! drive is the default drive, from the manifest `flex80` at the time of the build.
+//! The drives on which kernels are tested, from one degree of freedom to forty modes. All of them rattle. The
+//! largest drive is the default drive, from the manifest `flex80` at the time of the build.
 
 use super::CheckError;
 use super::candidate::Propagator;
@@ -16,7 +16,7 @@ use std::path::Path;
 
 const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
 
-/// Steps per mesh cycle for the transient into rattle.
+/// Number of steps per mesh cycle in the transient of [`rattling`].
 const STEPS_PER_CYCLE: u32 = 2000;
 
 /// Number of mesh cycles after which a drive rattles.
@@ -59,8 +59,8 @@ impl Case {
     }
 }
 
-/// The state of a model after some cycles from static equilibrium, by small steps, so that no kernel under test
-/// determines its test.
+/// The state of a model after some mesh cycles from the static equilibrium. It is computed with small steps,
+/// so that no kernel under test determines the start of its check.
 ///
 /// # Errors
 /// The trajectory diverges.
@@ -70,7 +70,7 @@ pub fn rattling(model: &Model) -> Result<TrajectoryState, CheckError> {
     Ok(kernel.passage(&start, TRANSIENT)?.end)
 }
 
-/// A structure with only the given frequencies \[rad/s\], damping ratio of the elastic modes, and mesh and torque
+/// A structure with the given frequencies \[rad/s\], damping ratio of the elastic modes, mesh and torque
 /// participations.
 pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) -> ModalStructure {
     ModalStructure {
@@ -108,8 +108,8 @@ pub fn cases() -> Result<Vec<Case>, CheckError> {
     ])
 }
 
-/// The mesh of the default drive from its drawing, misaligned by 0.2 mrad: stiffness that varies, a load centroid that
-/// moves, friction that changes its direction.
+/// The mesh of the default drive, computed from its drawing with a misalignment of 0.2 mrad. Its stiffness
+/// varies, its load centroid moves, and its friction changes its direction.
 fn computed_mesh(load: f64) -> Result<Vec<Division>, CheckError> {
     let gears = default_gears()?;
     let mut inputs = MeshTableInputs::of_gears(&gears);
@@ -120,7 +120,7 @@ fn computed_mesh(load: f64) -> Result<Vec<Division>, CheckError> {
     Ok((cycle.pieces().iter().map(MeshTablePiece::division)).collect())
 }
 
-/// The points of the default drive's grid.
+/// The operating points of the grid in the manifest of the default drive.
 ///
 /// # Errors
 /// The default drive cannot be assembled.
@@ -139,7 +139,7 @@ pub fn grid() -> Result<Vec<Case>, CheckError> {
     Ok(job()?.points.iter().map(case).collect())
 }
 
-/// A mesh without excitation: levels of stiffness that end at the given phases, the last one at 1.
+/// A mesh without excitation. Its levels of stiffness \[N/m\] end at the given phases, the last one at 1.
 pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive {
     Drive {
         coast: None,
@@ -157,7 +157,8 @@ pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive
     }
 }
 
-/// Two levels of stiffness, like a pair with contact ratio 1.6, and one harmonic of transmission error.
+/// A mesh with two levels of stiffness, as for a contact ratio of 1.6, and one harmonic of transmission
+/// error.
 fn two_level_mesh(half_gap: f64) -> Drive {
     Drive {
         transmission_error: vec![MeshHarmonic::new(1, 5e-6, 0.0)],
@@ -180,7 +181,7 @@ fn one_degree() -> Case {
     }
 }
 
-/// Two rigid bodies: a neutral and a relative rotation, not yet separated.
+/// Two rigid bodies. Their modes are the single rotations, not the neutral and the relative rotation.
 fn two_bodies() -> Case {
     let mesh = [0.98, -0.86];
     Case {
@@ -191,8 +192,8 @@ fn two_bodies() -> Case {
     }
 }
 
-/// Rigid pair and four elastic modes, with friction, two harmonics of transmission error and
-/// torque ripple on both shafts.
+/// A rigid pair and four elastic modes, with friction, two harmonics of transmission error, and torque ripple
+/// on both shafts.
 fn six_modes() -> Case {
     let mut structure = structure(
         &[0.0, 0.0, 4288.0, 4864.0, 8171.0, 19757.0],
@@ -292,7 +293,7 @@ pub(super) fn default_gears() -> Result<GearPair, CheckError> {
     let drive = shafts()?;
     let diameters = drive.shafts.each_ref().map(|shaft| shaft.diameter);
     let mut gears = drive.gears.on_shafts(diameters);
-    // Gears and shafts of one piece are rigid below these diameters.
+    // Gear and shaft are one piece. The gear body is rigid within these diameters.
     gears.form.bore = [Some(48e-3), Some(76e-3)];
     Ok(gears)
 }

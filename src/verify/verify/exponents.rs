@@ -7,17 +7,18 @@ use crate::model::Model;
 use crate::propagate::Tangents;
 use crate::reference::Reference;
 
-/// Steps of the differences, displacements and velocities.
+/// Steps of the differences: for modal displacements, for modal velocities.
 const STEP: [f64; 2] = [1e-11, 1e-7];
 
-/// Largest difference of two vectors, each half relative to its largest entry.
+/// Largest difference of two vectors. Each half is relative to its largest entry in `b`.
 fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let n = b.len() / 2;
     let mut worst = 0.0f64;
     for part in [0..n, n..2 * n] {
         let scale = b[part.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for i in part {
-            // Skip equal entries: the displacement of the neutral pair affects nothing else, so the scale may be 0.
+            // Skip equal entries, because the scale may be 0: a displacement of the neutral rotation changes
+            // nothing else.
             if a[i] != b[i] {
                 worst = worse(worst, (a[i] - b[i]).abs() / scale);
             }
@@ -26,7 +27,7 @@ fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     worst
 }
 
-/// Columns of the one-cycle tangent map through events, compared with central differences of the reference.
+/// Compares columns of the tangent map of a cycle with events with central differences of the reference.
 pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let columns = subjects.extent.pick(4, 80);
     let mut lines = Vec::new();
@@ -92,10 +93,11 @@ pub fn tangents(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// Volume of tangent space shrinks by the trace of the flow: twice every mode's growth, and `−c Σ w·A·g` while in
-/// contact; saltation matrices have determinant 1.
+/// The sum of all exponents per cycle, for a fraction `contact` of the time in contact. It is the mean trace
+/// of the flow: twice the growth of every mode, and `−c Σ w·A·g` in contact. Saltation matrices have the
+/// determinant 1.
 ///
-/// Valid if the direction of the mesh force is constant.
+/// It is valid if the direction of the mesh force is constant.
 fn exact_sum(model: &Model, contact: f64) -> f64 {
     let components = (0..model.modes()).filter(|i| !model.neutral.contains(i));
     let flow: f64 = components.map(|i| 2.0 * model.blocks[i].growth()).sum();
@@ -109,12 +111,12 @@ fn exact_sum(model: &Model, contact: f64) -> f64 {
     model.period() * (flow - damping * coupling * contact)
 }
 
-/// Cycles for the growth of volume, a multiple of ten.
+/// Number of cycles for the growth of a volume, a multiple of ten.
 fn volume_cycles(subjects: &Subjects, kernel: &Candidate) -> u64 {
     subjects.extent.pick(200, 5000) / kernel.one_of
 }
 
-/// Sum of all exponents through rattle, compared with the mean trace and the saltations.
+/// Compares the sum of all exponents of a rattling motion with the mean trace of the flow.
 pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut found = vec![(0.0f64, 0); subjects.kernels.len()];
     let mut applicable = 0;
@@ -155,14 +157,14 @@ pub fn trace(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(subjects.kernels.iter().zip(found).map(line).collect())
 }
 
-/// An exponent above this, per mesh cycle, counts as chaos in the check of twins.
+/// Smallest exponent per mesh cycle that counts as chaos in the check of twins.
 const CHAOTIC: f64 = 0.1;
 
-/// Compares the largest exponent from tangents with that from a twin, in chaos. In other motion neither tangents nor
-/// twin align within this number of cycles.
+/// Compares the largest exponent from tangents with that from a twin trajectory, in chaotic motion. In other
+/// motion neither the tangents nor the twin align within this number of cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
-    // The number of cycles of a twin.
+    // A twin takes this number of cycles.
     let cycles = 320;
     let mut lines = Vec::new();
     for case in &subjects.cases {

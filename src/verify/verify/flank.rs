@@ -2,7 +2,7 @@
 
 use crate::gear::{FlankLaw, PairCompliance, PathOfContact};
 
-/// Teeth with the same compliance everywhere, on rigid bodies.
+/// Teeth with the same compliance at all positions, on rigid gear bodies.
 pub struct EvenFlank {
     path: PathOfContact,
     compliance: PairCompliance,

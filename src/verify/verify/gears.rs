@@ -1,4 +1,4 @@
-//! Tooth geometry, load sharing and mesh tables.
+//! Checks of tooth geometry, load sharing and mesh tables.
 
 use super::drives::default_gears;
 use super::flank::EvenFlank;
@@ -10,7 +10,8 @@ use crate::gear::{
 };
 use crate::store::{Origin, TableStore};
 
-/// A steel pair with results of another program: 62/62 teeth of 2 mm, 20 mm wide, on bores of 35 mm.
+/// A steel pair for which results of another program are published: 62/62 teeth, module 2 mm, 20 mm wide,
+/// bores of 35 mm.
 fn published_pair() -> Result<Flanks, CheckError> {
     Ok(Flanks::new(&GearPair {
         teeth: [62, 62],
@@ -39,10 +40,10 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// Mean stiffness of the published pair without shared bodies, from the other program (its rule of thumb, ε b E/18,
-/// gives 4.0966e8 N/m). The program uses cantilevers on a fitted foundation, which count a part of the root twice and
-/// are 5 % softer than elastic teeth. Such programs differ by 5 % among themselves, by the lever of the load and the
-/// root angle.
+/// Mean stiffness of the published pair, without common gear bodies, compared with the other program. Its
+/// rule of thumb, ε b E/18, gives 4.0966e8 N/m. The other program uses cantilevers on a fitted foundation.
+/// These count a part of the root twice, and are 5 % softer than elastic teeth. Such programs differ by 5 %
+/// among themselves, because of the lever of the load and the root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const PHASES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;
@@ -68,8 +69,8 @@ pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// A misaligned flank carries load on a wedge of length `√(2 F / (k' ε))`, which determines stiffness and load
-/// centroid.
+/// Stiffness and load centroid of a misaligned flank. The load is on a wedge of the length `√(2 F / (k' ε))`,
+/// which determines both.
 pub fn wedge(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let width = 20e-3;
     let stiffness = 4e8 / width;
@@ -111,7 +112,8 @@ pub fn wedge(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     ])
 }
 
-/// A table compared with its load sharing, between its nodes; and after writing and reading.
+/// Compares a mesh table with direct load sharing between the nodes of the table, and with itself after
+/// writing and reading.
 pub fn mesh_table(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let gears = default_gears()?;
     let inputs = MeshTableInputs {

@@ -1,5 +1,5 @@
 //! Comparison of kernels with independent integrators that share only the model: one in doubles, and one in extended
-//! precision with some 30 digits.
+//! precision with about 30 digits.
 
 use super::candidate::{Candidate, Passage};
 use super::drives::{self, Case};
@@ -9,7 +9,8 @@ use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::reference::{Extended, ExtendedPassage, Reference};
 
-/// A trajectory known to all digits, cycle by cycle. Each cycle starts from the rounded end of the previous one.
+/// A trajectory with all its digits, cycle by cycle. Each cycle starts from the rounded end of the previous
+/// one.
 struct ExactTrajectory {
     model: Model,
     norm: EnergyNorm,
@@ -19,11 +20,11 @@ struct ExactTrajectory {
 /// Errors of a kernel.
 #[derive(Debug, Clone, Copy, Default)]
 struct KernelErrors {
-    /// Error of states after one cycle, energy norm \[half gaps\].
+    /// Largest error of a state after one cycle, in the energy norm \[half gaps\].
     state: f64,
-    /// Error of event times \[cycles\].
+    /// Largest error of an event time \[cycles\].
     time: f64,
-    /// Cycles with another sequence of events, or with counters that disagree with it.
+    /// Number of cycles whose sequence of events differs, or whose counter of events is wrong.
     strays: usize,
 }
 
@@ -97,7 +98,7 @@ const EXTENDED: &str = "integrator of 30 digits";
 /// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
-/// Exact trajectories, grouped under headings.
+/// Exact trajectories, in groups with a heading each.
 fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, CheckError> {
     let cycles = subjects.extent.pick(24, 240);
     let mut all = Vec::new();
@@ -116,7 +117,7 @@ fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, Ch
     Ok(all)
 }
 
-/// Single mesh cycles of rattle: state, event times, sequence of events.
+/// Compares single mesh cycles of rattle: state, event times, sequence of events.
 pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let truths = truths(subjects)?;
     let mut lines = Vec::new();
@@ -150,7 +151,8 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             format!("{}: times of {events} events", kernel.name),
             EXTENDED,
             all.time,
-            // The slower the crossing of a surface, the larger the error of its time; among many events some are slow.
+            // The error of an event time is large if the surface is crossed slowly. Among many events some
+            // are slow.
             subjects.extent.pick(1e-13, 1e-12),
             "cycles",
         ));
@@ -178,7 +180,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// Many cycles without an event, where errors accumulate without being mixed by rattle.
+/// Compares many cycles without an event, in which errors only accumulate.
 pub fn constant_contact(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(20, 1000);
     let mut known = Vec::new();

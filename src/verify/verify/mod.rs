@@ -1,10 +1,11 @@
-//! The checks of the verification: is this build right on this machine?
+//! The checks of the verification: does this build compute correctly on this machine?
 //!
-//! Each check compares a part of the program with something that shares no code with it: a closed form, a published
-//! value, another integrator, itself on other threads. Its lines contain the compared quantities, their difference, and
-//! its bound. The checks read no file of the user; the drives are built in ([`drives`]).
+//! Each check compares a part of the program with an independent result: a closed form, a published value,
+//! another integrator, the same part on other threads. Its lines contain the compared quantities, their
+//! difference, and the bound of the difference. The checks read no file of the user. The drives are built in
+//! ([`drives`]).
 //!
-//! A kernel is one entry of [`candidate::kernels`] and undergoes every check of kernels.
+//! Every kernel in [`candidate::kernels`] undergoes all checks of kernels.
 
 mod balances;
 
@@ -31,7 +32,7 @@ pub use trouble::CheckError;
 
 use std::time::Instant;
 
-/// A check, which gives some lines of the report.
+/// A check, which gives one or more lines of the report.
 #[derive(Debug, Clone, Copy)]
 pub struct Check {
     /// Its name.

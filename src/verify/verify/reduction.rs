@@ -1,5 +1,5 @@
-//! How large are the errors of a reduction or a coarse step, in physical quantities of the default drive? The bounds
-//! are engineering tolerances, not arithmetic ones.
+//! How large are the errors of a reduction to fewer modes, or of small fixed steps, in physical quantities of
+//! the default drive? The bounds are engineering tolerances, not bounds of round-off.
 
 use super::candidate::Propagator;
 use super::drives::{self, Case};
@@ -7,10 +7,11 @@ use super::{CheckError, Line, Subjects};
 use crate::model::Model;
 use crate::propagate::Stepping;
 
-/// Mesh cycles skipped before a statistic.
+/// Number of mesh cycles before a statistic.
 const TRANSIENT: u64 = 300;
 
-/// Ratio of the residual flexibility of modes 21 to 40 to the flexibility of the mesh.
+/// Compares the ratio of the residual flexibility of modes 21 to 40 and the flexibility of the mesh with a
+/// published value.
 pub fn residual(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let drive = subjects.default_drive()?;
     let flexibility = drive.structure.truncated(20, true)?.residual_flexibility;
@@ -31,7 +32,8 @@ fn rms(kernel: &dyn Propagator, model: &Model, cycles: u64) -> Result<f64, Check
     Ok(nvh.map_or(f64::NAN, |nvh| nvh.values.deflection_rms))
 }
 
-/// RMS of the mesh deflection with all modes, with twenty, with twenty and residual flexibility.
+/// Compares the RMS of the mesh deflection with twenty modes, without and with residual flexibility, to that
+/// with all modes.
 pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(4000, 100_000);
     let drive = subjects.default_drive()?;
@@ -57,7 +59,7 @@ pub fn truncation(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     Ok(lines)
 }
 
-/// RMS of the mesh deflection by the event-driven kernel and by small steps.
+/// Compares the RMS of the mesh deflection by the event-driven kernel with that by small steps.
 pub fn small_step(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let cycles = subjects.extent.pick(2000, 100_000);
     let kernel = subjects.kernel()?;

@@ -8,14 +8,14 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// Up to this, inclusive.
+    /// At most this value.
     AtMost(f64),
-    /// From the first to the second, inclusive.
+    /// From the first value to the second one, both included.
     Between(f64, f64),
 }
 
 impl Bound {
-    /// Whether a value satisfies the bound (NaN never does).
+    /// Whether a value satisfies the bound. NaN never does.
     pub fn holds(self, value: f64) -> bool {
         match self {
             Self::AtMost(most) => value <= most,
@@ -33,7 +33,7 @@ impl fmt::Display for Bound {
     }
 }
 
-/// A number in the format of the report: short, never rounded to zero.
+/// A number in the format of the report. It is short, and a nonzero number is never shown as zero.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (1e-2..1e4).contains(&size) {
@@ -46,12 +46,12 @@ pub(super) fn number(value: f64) -> String {
     }
 }
 
-/// The larger of two deviations; NaN is larger than any.
+/// The larger of two deviations. NaN counts as larger than any number.
 pub(super) fn worse(a: f64, b: f64) -> f64 {
     if b <= a || a.is_nan() { a } else { b }
 }
 
-/// How many of the drives of a check were tested with a kernel.
+/// The number of drives of a check that were tested with a kernel, in words.
 pub(super) fn drives_of(tested: usize, all: usize) -> String {
     if tested == all {
         format!("{all} drives")
@@ -73,7 +73,7 @@ pub struct Line {
     pub bound: Bound,
     /// Unit of the value and its bound.
     pub unit: &'static str,
-    /// Skipped, for the reason in `against`: no verdict.
+    /// Whether the comparison was skipped, for the reason in `against`. It then neither passes nor fails.
     pub skipped: bool,
 }
 
@@ -110,7 +110,7 @@ impl Line {
         }
     }
 
-    /// A comparison that the kernel does not support.
+    /// The line of a comparison that the kernel does not support.
     pub(super) fn skipped(what: impl Into<String>, reason: &'static str) -> Self {
         Self {
             skipped: true,
@@ -149,8 +149,8 @@ impl Serialize for Line {
     }
 }
 
-/// Groups of checks. Checks of exactness and of fidelity are separate, because a tolerance of a few per cent says
-/// nothing about arithmetic.
+/// Groups of checks. Checks of exactness have bounds near round-off. Checks of fidelity have tolerances of a
+/// few per cent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Group {

@@ -1,5 +1,5 @@
-//! Does the kernel with fixed small steps converge to the trajectory at its order? The order is 2 while the contact
-//! state lasts, 1 at its changes.
+//! Does the kernel with small fixed steps converge with its order? The order is 2 without changes of the
+//! contact state, and 1 with such changes.
 
 use super::candidate::Propagator;
 use super::drives;
@@ -13,7 +13,7 @@ use crate::reference::Reference;
 /// events between two steps; a geometric mean over neighbours does not.
 const NEIGHBOURS: u32 = 8;
 
-/// Slope of the error against the step, by least squares on logarithms.
+/// Slope of the logarithm of the error over the logarithm of the step, by least squares.
 fn observed_order(ladder: &[(u32, f64)]) -> f64 {
     let n = ladder.len() as f64;
     let points = ladder
@@ -26,7 +26,7 @@ fn observed_order(ladder: &[(u32, f64)]) -> f64 {
     top / bottom
 }
 
-/// Distance of the small steps' end from the exact one \[half gaps\].
+/// Distance of the end by small steps from the exact end \[half gaps\].
 fn error(
     model: &Model,
     steps: u32,

@@ -1,5 +1,5 @@
-//! Compares beam elements, discs, bearings and ties with published natural frequencies, within half a unit of the last
-//! printed digit. Compares the default drive with another assembly.
+//! Compares natural frequencies of structures of beams, discs, bearings and ties with published ones, within
+//! half a unit of the last printed digit. Compares the default drive with another assembly.
 
 use super::report::worse;
 use super::{CheckError, Line, Subjects, drives};
@@ -9,7 +9,8 @@ use std::f64::consts::TAU;
 /// Modes of the default drive from an independent finite-element assembly.
 const ASSEMBLY: &str = include_str!("../../../tests/data/default-drive.modal.toml");
 
-/// The steel shaft of both rotors: 1.5 m × 50 mm in six Timoshenko elements with Cowper's shear coefficient.
+/// The steel shaft of both rotors: 1.5 m long, diameter 50 mm, six Timoshenko elements with Cowper's shear
+/// coefficient.
 struct Rotor(Assembly);
 
 impl Rotor {
@@ -42,7 +43,8 @@ impl Rotor {
         Ok(self)
     }
 
-    /// Elastic frequencies \[rad/s\]; the axial motion and the rotation are free.
+    /// The lowest elastic frequencies \[rad/s\]. The two rigid modes, axial motion and rotation, are left
+    /// out.
     fn frequencies(&self, elastic: usize) -> Result<Vec<f64>, ShaftError> {
         let matrices = self.0.matrices()?;
         let modes = Modes::lowest(&matrices.mass, &matrices.stiffness, elastic + 2, 2)?;
@@ -58,7 +60,7 @@ fn worst(computed: &[f64], published: &[f64]) -> f64 {
     differences.fold(0.0, worse)
 }
 
-/// Two rotors at rest.
+/// Natural frequencies of two rotors at rest.
 pub fn shafts(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let two_discs = Rotor::new()?
         .disc(2, 0.28)?
@@ -81,7 +83,7 @@ pub fn shafts(_: &Subjects) -> Result<Vec<Line>, CheckError> {
             "rad/s",
         ),
         Line::at_most(
-            // Printed truncated: the computed frequency is 716.786.
+            // The book truncates this value: the computed frequency is 716.786.
             "the same, mode 6 (truncated in print)",
             "Friswell et al. 2010, 5.9.1",
             worst(last, &[716.78]),
@@ -115,8 +117,9 @@ fn add_torsional_spring(
     assembly.add_beam(from, to, &spring)
 }
 
-/// Branched geared system: 400e-6 kg m² drives the first of two equal gears of 25e-6 in rigid mesh through 1e4 N m/rad;
-/// on each gear is an inertia of 700e-6 behind 5e3 N m/rad.
+/// Branched torsional system with gears. A motor of 400e-6 kg m² drives a gear through a shaft of 1e4 N
+/// m/rad. This gear is in rigid mesh with an equal one; both have 25e-6 kg m². A load of 700e-6 kg m² is on
+/// each gear through 5e3 N m/rad.
 pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let mut assembly = Assembly::new();
     let [motor, gear_1, gear_2, load_1, load_2] = [(); 5].map(|()| assembly.add_node());
@@ -152,7 +155,7 @@ pub fn geared_torsion(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// Elastic frequencies of the default drive, relative.
+/// Relative differences of the elastic frequencies of the default drive from those of another assembly.
 pub fn assembly(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const MISSING: CheckError = CheckError::Missing {
         what: "the frequencies of the other assembly",

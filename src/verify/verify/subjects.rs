@@ -1,4 +1,4 @@
-//! Which kernels and drives do checks use, and for how many cycles?
+//! Which kernels and drives do the checks use, and how much do they integrate?
 
 use super::CheckError;
 use super::candidate::{self, Candidate};
@@ -11,7 +11,7 @@ use strum::IntoStaticStr;
 pub enum Extent {
     /// Some seconds.
     Quick,
-    /// Longer horizons and more cycles of each drive: many minutes.
+    /// Many minutes: more cycles of each drive.
     Full,
 }
 
@@ -63,7 +63,7 @@ impl Subjects {
         })
     }
 
-    /// The kernel for checks of a single one: the last, which is the default for users.
+    /// The kernel for checks of a single kernel: the last one.
     pub(super) fn kernel(&self) -> Result<&Candidate, CheckError> {
         self.kernels.last().ok_or(CheckError::Missing {
             what: "a kernel to test",

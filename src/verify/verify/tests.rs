@@ -1,4 +1,4 @@
-//! Do the checks detect a wrong kernel? They must detect an error of 10⁻⁹ in one coefficient.
+//! Do the checks detect a wrong kernel? They must detect a relative error of 10⁻⁹ in one coefficient.
 
 use super::candidate::Candidate;
 use super::*;
@@ -10,12 +10,12 @@ use crate::propagate::{
 /// Names of the checks that every kernel must pass and that are quick enough for a test.
 const OF_KERNELS: [&str; 5] = ["multipliers", "cycle", "contact", "energy", "trace"];
 
-/// The structured kernel of a deliberately changed model.
+/// The kernel `volterra` of a deliberately changed model.
 fn tampered(tamper: fn(&mut Model)) -> Candidate {
     Candidate::new("tampered", move |model| {
         let mut other = model.clone();
         tamper(&mut other);
-        // Leaks a few models during a test.
+        // A test leaks a few models here.
         Box::new(Volterra::new(Box::leak(Box::new(other)), f64::EPSILON, 100))
     })
 }
@@ -61,7 +61,7 @@ fn a_sound_kernel_passes() {
     assert!(!report.to_string().contains("FAIL"));
 }
 
-/// The balance of a wrong drive is as good as that of a right one: no check detects everything.
+/// The checks of balances do not detect a wrong drive: its balance is as accurate as that of the right one.
 #[test]
 fn a_stiffness_off_by_a_part_in_a_billion_fails() {
     let report = ladder(tampered(|model| {
@@ -100,8 +100,8 @@ fn so_does_every_other_coefficient() {
     }
 }
 
-/// A kernel with tables for another half gap fails as well. Unsupported models are reported as skipped, without a
-/// verdict.
+/// A kernel with tables for another half gap fails as well. Models that it does not support are reported as
+/// skipped.
 #[test]
 fn a_wrong_table_fails_and_a_drive_left_out_is_said() {
     let wrong = |part: f64| {
@@ -186,7 +186,7 @@ fn events_that_are_not_told_fail() {
     );
 }
 
-/// A kernel that stops fails its checks with the reason; the other checks go on.
+/// If a kernel stops, its check fails with the reason. The other checks continue.
 #[test]
 fn a_kernel_that_gives_up_is_a_line() {
     let impatient = Candidate::new("impatient", |model| {

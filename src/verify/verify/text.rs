@@ -1,4 +1,4 @@
-//! The report as text: aligned, readable without colour.
+//! The report as a text with aligned columns.
 
 use super::Report;
 use super::report::number;
@@ -56,7 +56,7 @@ impl Report {
         let mut widths = [0; 5];
         for row in self.findings.iter().flat_map(rows) {
             let cells = [row.check, &row.what, row.against, &row.value, &row.bound];
-            // Failed and skipped checks have a long text with the reason.
+            // The reason of a failed or skipped check is a long text, which must not widen its column.
             let long = match row.verdict {
                 "skip" => Some(2),
                 _ => row.against.is_empty().then_some(1),

@@ -20,7 +20,7 @@ pub enum CheckError {
     /// A kernel's tables cannot be built.
     #[error(transparent)]
     Tables(#[from] TableError),
-    /// A kernel of another crate cannot be built.
+    /// A kernel from outside this crate cannot be built.
     #[error(transparent)]
     Kernel(Box<dyn Error + Send + Sync>),
     /// The reference integrator stopped.
@@ -50,7 +50,7 @@ pub enum CheckError {
     /// The built-in drive cannot be read.
     #[error("the manifest of the built-in drive has errors: {0}")]
     Manifest(#[from] ManifestErrors),
-    /// The slice of initial states does not exist.
+    /// The requested slice of initial states does not exist.
     #[error(transparent)]
     Slice(#[from] SliceError),
     /// An analysis ended without a result.
@@ -62,7 +62,7 @@ pub enum CheckError {
     /// Threads cannot be started.
     #[error("cannot start worker threads: {0}")]
     Threads(#[from] rayon::ThreadPoolBuildError),
-    /// Numbers cannot be compared byte by byte.
+    /// A result cannot be converted to bytes for a comparison.
     #[error("bytes: {0}")]
     Bytes(#[from] postcard::Error),
     /// A prerequisite of the check is missing.

@@ -106,7 +106,7 @@ fn residual_flexibility_softens_the_mesh_in_series() {
     assert!((model.first_cycle().segments[0].stiffness.bound() - 4e8 / 1.04).abs() < 1e-6);
 }
 
-/// Parallel springs are softened together; on several lines that is impossible.
+/// Parallel springs share the residual flexibility. This is impossible on several lines.
 #[test]
 fn springs_of_a_flank_share_the_residual_flexibility() {
     let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
@@ -124,7 +124,7 @@ fn springs_of_a_flank_share_the_residual_flexibility() {
     assert!((first.stiffness.mean() / (2e8 / 1.2) - 1.0).abs() < 1e-14);
     let both = first.stiffness.mean() + second.stiffness.mean();
     assert!((both / (4e8 / 1.4) - 1.0).abs() < 1e-14);
-    // The first carries 400 N when the second comes into contact, and bends the structure by 0.4 µm.
+    // When the second spring closes, the first one carries 400 N, which deflects the omitted modes by 0.4 µm.
     assert!((second.error_at(0.5)[0] - 3.4e-6).abs() < 1e-18);
     d.further[0][0].load_centre = 5e-3;
     let flexibility = s.residual_flexibility;
@@ -157,7 +157,7 @@ fn ripple_needs_a_known_shaft_and_modes_may_be_overdamped() {
     );
 }
 
-/// Under drag the rotation of the whole drive is not neutral: it stays at any position, unless a spring
+/// Under drag the rotation of the whole drive is not neutral. It is at rest at any position, unless a spring
 /// restrains it.
 #[test]
 fn a_rotation_under_drag_rests_anywhere() {
@@ -199,7 +199,7 @@ fn a_rotation_under_drag_rests_anywhere() {
     }
 }
 
-/// A mode's component next to a displacement a billion times as large is rounding, however fast it would be.
+/// A component of a fast mode is rounding beside a displacement that is a billion times as large.
 #[test]
 fn rounding_does_not_move_what_is_at_rest() {
     let model = Model::new(
@@ -230,8 +230,8 @@ fn contacts_recur_together_after_their_base_period() {
     assert_eq!(model.base_cycles(), 12);
 }
 
-/// Critical damping of the effective mass of two rigid bodies along the line of action; of all modes
-/// if none is rigid.
+/// Critical damping of the effective mass along the line of action. The mass is that of the rigid modes, or
+/// of all modes if none is rigid.
 #[test]
 fn damping_ratios_are_those_of_the_mass_in_the_mesh() {
     let mesh: [f64; 3] = [0.52, -0.43, 0.31];

@@ -1,12 +1,14 @@
-//! Eigenvectors of coinciding eigenvalues, such as those of equal planets.
+//! Eigenvectors of coinciding eigenvalues, which a structure with equal planets has.
 //!
-//! Back substitution gives such vectors by round-off: they may be nearly parallel although the eigenvalue has enough
-//! independent ones. Inverse iteration of a whole subspace finds orthonormal ones.
+//! Round-off determines the vectors that back substitution gives. They may be nearly parallel although the
+//! eigenvalue has enough independent eigenvectors. Inverse iteration of a whole subspace finds orthonormal
+//! ones.
 
 use super::parts::{CLUSTER_DISTANCE, CLUSTER_SHIFT, SCALAR_DEVIATION};
 use faer::{Mat, prelude::*};
 
-/// Replaces the vectors, columns of `vectors`, of coinciding complex eigenvalues above the real axis.
+/// Replaces the columns of `vectors` that belong to coinciding eigenvalues with imaginary parts above
+/// `smallest`.
 pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, smallest: f64) {
     let size = a.norm_l2();
     let mut left: Vec<usize> = (0..values.len())
@@ -28,8 +30,8 @@ pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, sma
     }
 }
 
-/// `count` eigenvectors of an eigenvalue: any basis of their space if the matrix is a multiple of the identity on it,
-/// otherwise the eigenvectors there.
+/// `count` eigenvectors of coinciding eigenvalues near `value`. If the matrix is a multiple of the identity
+/// on their space, they are an arbitrary orthonormal basis of it.
 fn eigenvectors(a: &Mat<f64>, value: c64, count: usize, size: f64) -> Mat<c64> {
     let n = a.nrows();
     let complex = Mat::from_fn(n, n, |i, j| c64::from(a[(i, j)]));

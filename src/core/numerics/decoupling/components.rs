@@ -1,9 +1,9 @@
-//! Which modes are coupled, and which rigid motions are uncoupled?
+//! Which modes are coupled to each other, and which rigid motions are uncoupled?
 
 use super::parts::{DecouplingError, Direction, SVD_ROUND_OFF};
 use faer::Mat;
 
-/// Clears off-diagonal round-off and returns the connected components of the rest.
+/// Sets off-diagonal round-off to zero. Returns the sets of modes that the remaining entries connect.
 pub(super) fn components(coupling: &mut [Mat<f64>; 2], floor: [f64; 2]) -> Vec<Vec<usize>> {
     let n = coupling[0].nrows();
     let mut label: Vec<usize> = (0..n).collect();
@@ -29,10 +29,10 @@ pub(super) fn components(coupling: &mut [Mat<f64>; 2], floor: [f64; 2]) -> Vec<V
         .collect()
 }
 
-/// Rotates the rigid modes of a component so that directions without coupling are separate.
+/// Rotates the rigid modes of a component such that directions without coupling are separate coordinates.
 ///
-/// First come directions whose rows and columns vanish in both matrices, then those whose columns
-/// vanish in both, then those whose columns vanish in the stiffness only.
+/// It first separates directions whose rows and columns are zero in both matrices, then those whose columns
+/// are zero in both, then those whose columns are zero in the stiffness only.
 pub(super) fn isolate_rigid(
     part: &[usize],
     mut rigid: Vec<usize>,
@@ -50,14 +50,14 @@ pub(super) fn isolate_rigid(
         (&[(1, false)], Direction::Unsprung),
     ];
     for (sides, found) in stages {
-        // Each matrix is in units of its round-off, so a singular value of 1 is round-off.
+        // Each matrix is in units of its round-off, so that singular values up to 1 are round-off.
         let unit = floor.map(|f| if f > 0.0 { f } else { 1.0 });
         let entry = |c: &[Mat<f64>; 2], row: usize, j: usize| {
             let ((k, by_row), i) = (sides[row / part.len()], part[row % part.len()]);
             (if by_row { c[k][(j, i)] } else { c[k][(i, j)] }) / unit[k]
         };
         let height = sides.len() * part.len();
-        // A coordinate axis that is isolated already is not rotated.
+        // A coordinate that is already separate is not rotated.
         let (mut isolated, rest): (Vec<usize>, Vec<usize>) = rigid
             .iter()
             .partition(|j| (0..height).all(|row| entry(coupling, row, **j).abs() <= 1.0));

@@ -1,4 +1,4 @@
-//! How does one component of coupled modes become blocks?
+//! How is one component of coupled modes decomposed into blocks?
 
 use super::components::named;
 use super::improvement::{columns, compensated, improve, standardise};
@@ -7,11 +7,11 @@ use super::planes::plane_bases;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
 
-/// Frequencies that convert displacements to velocities.
+/// Frequencies \[rad/s\] by which displacements are multiplied, one per mode of the component.
 ///
-/// With the modes' frequencies the squared length of the scaled state is twice the energy. In
-/// this scaling a conservative structure, gyroscopic or not, has orthogonal eigenvectors. Rigid modes take
-/// the rate of their drag, and cross stiffness raises the scale of a mode that it stiffens.
+/// With the natural frequencies, the squared length of the scaled state is twice the energy. A conservative
+/// structure, gyroscopic or not, then has orthogonal eigenvectors. A rigid mode has the rate of its drag as
+/// its scale. Cross stiffness raises the scale of a mode that it stiffens.
 pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]) -> Vec<f64> {
     let frequency_of = |i: usize| frequency[i].max(coupling[1][(i, i)].abs().sqrt());
     let largest = |i: usize, only_rigid: bool| {
@@ -36,7 +36,7 @@ pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]
         let drag = largest(i, true);
         scale.max(if drag > 0.0 { drag } else { largest(i, false) })
     };
-    // A rigid mode without any restraint has no scale; any positive one serves.
+    // The scale of a rigid mode without any restraint is arbitrary.
     part.iter()
         .map(|i| Some(scale(*i)).filter(|s| *s > 0.0).unwrap_or(1.0))
         .collect()
@@ -44,8 +44,8 @@ pub(super) fn scales(part: &[usize], frequency: &[f64], coupling: &[Mat<f64>; 2]
 
 pub(super) type Decomposition = (Vec<Block>, Mat<f64>, (f64, f64));
 
-/// Blocks of one component in the scaled state, the inverse of their columns (two rows per
-/// block), and the extreme singular values of the columns.
+/// The blocks of one component in the scaled state, the inverse of the matrix of their columns (two rows per
+/// block), and the largest and the smallest singular value of this matrix.
 pub(super) fn decompose(
     part: &[usize],
     frequency: &[f64],
@@ -89,18 +89,19 @@ pub(super) fn decompose(
             condition: f64::INFINITY,
         });
     }
-    // Singular values as square roots of those of the square: accurate to a thousandth at the largest accepted ratio. A
-    // decomposition of the columns did not always converge with equal planets.
+    // Singular values are the square roots of the eigenvalues of TᵀT. They are accurate to a thousandth at
+    // the largest accepted ratio. A singular value decomposition of T does not always converge with equal
+    // planets.
     let square = t.transpose() * &t;
     let eigen = square
         .self_adjoint_eigen(Side::Lower)
         .map_err(|_| failed())?;
     let singular = |k: usize| eigen.S().column_vector()[k].max(0.0).sqrt();
     let (largest, smallest) = (singular(2 * m - 1), singular(0));
-    // NaN is rejected too.
+    // This form of the condition also rejects a NaN.
     let sound = smallest * CONDITION_BOUND > largest;
     if !sound {
-        // The first eigenvector is the combination of columns that nearly vanishes.
+        // The first eigenvector gives the linear combination of columns that is nearly zero.
         let weight = |i: usize| -> f64 {
             let share =
                 |c: usize| eigen.U()[(c, 0)].powi(2) * (t[(i, c)].powi(2) + t[(m + i, c)].powi(2));

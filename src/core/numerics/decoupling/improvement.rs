@@ -1,11 +1,12 @@
-//! Newton steps with compensated residuals that make blocks exact.
+//! Newton steps with compensated residuals, which make the blocks accurate to round-off.
 
 use super::parts::{Block, EQUAL_EIGENVALUES, IMPROVEMENTS};
 use crate::numerics::linalg::dot;
 use faer::{Mat, prelude::*};
 use multiversion::multiversion;
 
-/// Newton's method for all invariant planes at once, with compensated residuals.
+/// Improves all invariant planes at once by Newton's method with compensated residuals. Returns the norm of
+/// the residual.
 ///
 /// From `A T = T (B + E)` follows `B_i X_ij - X_ij B_j = -E_ij`; then `T + T X` has the blocks
 /// `B_i + E_ii` up to the square of the correction.
@@ -33,7 +34,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
             }
         })
     };
-    // Each row is weighted by its size, since a light drag makes small rows.
+    // Divide each row by its largest entry, because a light drag makes small rows.
     let weight: Vec<f64> = rows
         .iter()
         .map(|r| r.iter().fold(0.0_f64, |m, e| m.max(e.1.abs())))
@@ -53,7 +54,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
         let t = columns(blocks);
         let e = t.partial_piv_lu().solve(&current);
         let mut x = Mat::<f64>::zeros(size, size);
-        // A column without a residual is exact and is not changed.
+        // A column whose residual is exactly zero is not changed.
         let exact: Vec<bool> = (0..size)
             .map(|c| (0..size).all(|k| current[(k, c)] == 0.0))
             .collect();
@@ -68,7 +69,8 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
                 target,
                 [exact[2 * j], exact[2 * j + 1]],
             );
-            // Blocks with common eigenvalues may be mixed arbitrarily, so they are not changed.
+            // The planes of blocks with common eigenvalues are arbitrary and give large steps: leave them
+            // unchanged.
             if step.as_flattened().iter().all(|v| v.abs() < 0.5) {
                 for (p, q) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
                     x[(2 * i + p, 2 * j + q)] = step[p][q];
@@ -130,7 +132,7 @@ pub(super) fn sylvester(
                 (row, column) = (i, j);
             }
         }
-        // Blocks with common eigenvalues leave combinations undetermined, which are set to zero.
+        // If the blocks have common eigenvalues, some unknowns are undetermined: set them to zero.
         if m[row][order[column]].abs() <= EQUAL_EIGENVALUES * m[0][order[0]].abs() {
             rank = k;
             break;
@@ -152,8 +154,8 @@ pub(super) fn sylvester(
     [[x[0], x[1]], [x[2], x[3]]]
 }
 
-/// Brings a block for `mu ± i nu` into the form `[[mu, nu], [-nu, mu]]` with the displacements in
-/// the first column as far as one phase allows, and scales the columns.
+/// Transforms a block for `mu ± i nu` to the form `[[mu, nu], [-nu, mu]]`. One phase is free. It makes the
+/// displacements in the first column as large as possible. The columns are scaled to length 1 on average.
 pub(super) fn standardise(block: &mut Block) {
     if !block.rotation {
         return;
@@ -161,7 +163,8 @@ pub(super) fn standardise(block: &mut Block) {
     let [[a, b], [c, d]] = block.generator;
     let (mu, half) = (0.5 * (a + d), 0.5 * (a - d));
     let nu = (-b * c - half * half).sqrt();
-    // The columns of [[b, 0], [mu - a, nu]] are the eigenvector's parts; it is near nu times I.
+    // The columns of [[b, 0], [mu - a, nu]] give the real and imaginary part of the eigenvector. This matrix
+    // is nearly nu I.
     let [first, second] = &block.columns;
     let size = first.len();
     let real: Vec<f64> = (0..size)
@@ -184,7 +187,7 @@ pub(super) fn standardise(block: &mut Block) {
     block.generator = [[mu, nu], [-nu, mu]];
 }
 
-/// A number for each column of all blocks.
+/// A row with one number for each column of all blocks.
 fn row(blocks: &[Block], value: impl Fn(&Block, usize) -> f64) -> Vec<f64> {
     let both = |block| [value(block, 0), value(block, 1)];
     blocks.iter().flat_map(both).collect()
@@ -224,9 +227,9 @@ pub(super) fn compensated(size: usize, add: impl Fn(usize, &mut Sums)) -> Mat<f6
     out
 }
 
-/// Adds products to sums, and their rounding errors to `error`. The error of a product is exact with any instructions,
-/// so all versions give the same bits. Without the instruction, a fused product is a call, which takes most of the
-/// time of a decoupling.
+/// Adds products to `sums`, and their rounding errors to `errors`. The error of a product is exact with any
+/// instructions, so that all versions give the same bits. Without a fused multiply-add instruction, `mul_add`
+/// is a function call, which takes most of the time of a decoupling.
 #[multiversion(targets("x86_64+avx512f+fma", "x86_64+avx2+fma"))]
 fn add_products(factors: &[f64], values: &[f64], sums: &mut [f64], errors: &mut [f64]) {
     let pairs = factors.iter().zip(values);

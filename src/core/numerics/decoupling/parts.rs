@@ -2,35 +2,39 @@
 
 /// Entries below this fraction of the largest entry of their matrix count as round-off.
 pub(super) const ROUND_OFF: f64 = 64.0 * f64::EPSILON;
-/// Singular values below this fraction of the largest count as round-off.
+/// Singular values below this fraction of the largest one count as round-off.
 pub(super) const SVD_ROUND_OFF: f64 = 256.0 * f64::EPSILON;
 /// Largest condition number of the scaled change of state that [`super::decouple`] accepts.
 ///
-/// Two coinciding complex pairs with a single eigenvector are split by round-off and reach 1e7 to
-/// 1e8, so a larger bound would let such a cluster pass with few correct digits.
+/// Round-off splits two coinciding complex pairs that have a single eigenvector. Their condition number is
+/// then 1e7 to 1e8. A larger bound would accept such pairs with few correct digits.
 pub const CONDITION_BOUND: f64 = 3e6;
-/// Two real eigenvectors whose cosine exceeds this are kept in one block.
+/// Two real eigenvectors share a block if the cosine of their angle exceeds this.
 pub(super) const PARALLEL_COSINE: f64 = 0.9;
-/// Largest condition number of the real and imaginary part of an eigenvector that span a block as they are. It also
-/// decides whether a double real eigenvalue that round-off has split has two eigenvectors.
+/// Largest condition number at which the real and the imaginary part of an eigenvector are the columns of a
+/// block. It is also the largest one at which a double real eigenvalue, split by round-off, counts as having
+/// two eigenvectors.
 pub(super) const MOST_EIGENVECTOR_CONDITION: f64 = 100.0;
 /// Above this condition number two eigenvectors no longer determine their common plane.
 pub(super) const PLANE_CONDITION: f64 = 1e5;
 /// Imaginary parts below this fraction of the matrix norm are round-off of a double real eigenvalue.
 pub(super) const SPLIT_IMAGINARY: f64 = 16.0 * f64::EPSILON;
-/// Imaginary parts below this fraction of the matrix norm are too uncertain to scale a block with.
+/// Imaginary parts below this fraction of the matrix norm are too uncertain for the form
+/// `[[mu, nu], [-nu, mu]]`.
 pub(super) const LEAST_IMAGINARY: f64 = 1e-9;
-/// Differences of eigenvalues below this fraction of their size count as zero.
+/// Pivots of the equations for two blocks below this fraction of the largest one count as zero: the blocks
+/// then have common eigenvalues.
 pub(super) const EQUAL_EIGENVALUES: f64 = 1e-10;
-/// Complex eigenvalues closer than this fraction of the matrix norm are separated together.
+/// Complex eigenvalues closer than this fraction of the matrix norm count as coinciding.
 pub(super) const CLUSTER_DISTANCE: f64 = 1e-11;
-/// Distance of the shift of inverse iteration from such eigenvalues, as a fraction of the matrix norm.
+/// Distance of the shift of inverse iteration from coinciding eigenvalues, as a fraction of the matrix norm.
 pub(super) const CLUSTER_SHIFT: f64 = 1e-9;
-/// Deviation from a multiple of the identity, as a fraction of the matrix norm, that is round-off.
+/// Largest deviation of a matrix from a multiple of the identity that counts as round-off, as a fraction of
+/// the norm.
 pub(super) const SCALAR_DEVIATION: f64 = 1e-14;
 /// Residual, as a fraction of the matrix norm, above which an eigenvector is computed again.
 pub(super) const POOR_RESIDUAL: f64 = 1e-10;
-/// Distance of the shift of inverse iteration from its eigenvalue, as a fraction of the matrix norm.
+/// Distance of the shift of inverse iteration from a single eigenvalue, as a fraction of the matrix norm.
 pub(super) const OFFSET: f64 = 1e-7;
 /// Largest number of steps of iterative improvement.
 pub(super) const IMPROVEMENTS: usize = 6;
@@ -71,10 +75,11 @@ fn list(modes: &[usize]) -> String {
     names.join(", ")
 }
 
-/// Exact knowledge of a rigid direction `r`, after the rotation that isolates it.
+/// What is exactly known about a coordinate direction `r`, after the rotation that separates rigid
+/// directions.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Direction {
-    /// Nothing is known; every elastic mode has this kind.
+    /// Nothing is known. Every elastic mode has this kind.
     General,
     /// `D r = 0` and `S r = 0`: the columns of both its displacement and its velocity are known.
     Free,

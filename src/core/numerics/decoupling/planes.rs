@@ -13,7 +13,8 @@ use std::cmp::Reverse;
 /// A real eigenvalue and its eigenvector of the inner matrix.
 type RealPair = (f64, Vec<f64>);
 
-/// Starting values of the blocks, from the eigenvectors of the matrix without its known columns.
+/// Starting values of the blocks, from the eigenvectors of the matrix without its known columns. `None` if an
+/// iteration does not converge.
 pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>> {
     let columns = Columns::new(a, kind);
     let inner = columns.inner();
@@ -29,8 +30,8 @@ pub(super) fn plane_bases(a: &Mat<f64>, kind: &[Direction]) -> Option<Vec<Block>
     (blocks.len() == kind.len()).then_some(blocks)
 }
 
-/// The columns of a matrix: those of free directions and of unsprung displacements are known, the others form the inner
-/// matrix.
+/// The columns of a matrix. Those of free directions and of unsprung displacements are known. The other ones
+/// form the inner matrix.
 struct Columns<'a> {
     a: &'a Mat<f64>,
     rest: Vec<usize>,
@@ -79,7 +80,7 @@ impl<'a> Columns<'a> {
             .collect()
     }
 
-    /// Adds a block for each pair of complex eigenvalues of the inner matrix; returns the real ones.
+    /// Adds a block for each pair of complex eigenvalues of the inner matrix. Returns the real eigenvalues.
     fn complex_blocks(&self, inner: &Mat<f64>, blocks: &mut Vec<Block>) -> Option<Vec<RealPair>> {
         let eigen = inner.eigen().ok()?;
         let values: Vec<c64> = eigen.S().column_vector().iter().copied().collect();
@@ -120,10 +121,10 @@ impl<'a> Columns<'a> {
         Some(real)
     }
 
-    /// Adds the blocks of the unsprung displacements; returns the remaining real eigenvalues.
+    /// Adds the blocks of the unsprung displacements. Returns the remaining real eigenvalues.
     ///
-    /// A zero eigenvalue of a rigid displacement shares a block with the slow decay of its speed, whose eigenvector is
-    /// nearly parallel to the displacement if the drag is light.
+    /// The zero eigenvalue of a rigid displacement shares a block with the slow decay of its speed. If the
+    /// drag is light, the eigenvectors of both are nearly parallel.
     fn rigid_blocks(
         &self,
         mut real: Vec<RealPair>,
@@ -145,7 +146,8 @@ impl<'a> Columns<'a> {
                 left.push(pair);
             }
         }
-        // Displacements without a partner complete the basis; an odd one takes any real eigenvalue.
+        // Displacements without a partner complete the basis. If their number is odd, one takes any real
+        // eigenvalue.
         let mut spare: Vec<Vec<f64>> = Vec::new();
         while chosen.len() < count {
             let axis = |k: usize| (0..count).map(move |i| f64::from(u8::from(i == k)));
@@ -200,21 +202,22 @@ impl<'a> Columns<'a> {
         self.zero.iter().map(rate).collect()
     }
 
-    /// A column of unsprung displacements.
+    /// A full column with given unsprung displacements, and zeros elsewhere.
     fn spread(&self, r: &[f64]) -> Vec<f64> {
         let mut column = vec![0.0; self.a.nrows()];
         (self.zero.iter().zip(r)).for_each(|(j, v)| column[*j] = *v);
         column
     }
 
-    /// Completes two columns `Y` of the inner matrix by the coordinates with known columns.
+    /// Completes two columns `Y` of inner coordinates by the other coordinates `X`.
     ///
-    /// With `J` the known columns and `C` the rows of the matrix there, `X B - J X = C Y`.
+    /// These follow from `X B - J X = C Y`, with the known columns `J` and the rows `C` of the matrix for
+    /// these coordinates.
     fn lift(&self, y: [Vec<f64>; 2], b: [[f64; 2]; 2], rotation: bool) -> Block {
         self.lift_with_displacements(&self.zero, y, b, rotation)
     }
 
-    /// As [`Self::lift`], with only some of the unsprung displacements.
+    /// As [`Self::lift`], but only for the unsprung displacements `zero`.
     fn lift_with_displacements(
         &self,
         zero: &[usize],
@@ -255,7 +258,7 @@ impl<'a> Columns<'a> {
         let generator = if rotation || rest.len() == 2 * m {
             b
         } else {
-            // The columns with the added coordinates are orthonormalised again, and the block is recomputed.
+            // Orthonormalise the columns with the added coordinates again, and recompute the block.
             full = orthonormal(full);
             project(a, &full)
         };
@@ -274,7 +277,8 @@ fn condition([re, im]: &[Vec<f64>; 2]) -> f64 {
     ((p + q + spread) / (p + q - spread).max(f64::MIN_POSITIVE)).sqrt()
 }
 
-/// Pairs of real eigenvalues: nearly parallel eigenvectors share a block, the others are paired by eigenvalue.
+/// Pairs of real eigenvalues, one pair per block. Nearly parallel eigenvectors form pairs first. The others
+/// form pairs in the order of their eigenvalues.
 fn paired(mut left: Vec<RealPair>) -> Vec<[RealPair; 2]> {
     let mut pairs = Vec::new();
     let mut close: Vec<(f64, usize, usize)> = (0..left.len())
@@ -299,7 +303,7 @@ fn paired(mut left: Vec<RealPair>) -> Vec<[RealPair; 2]> {
     pairs
 }
 
-/// Inverse iteration for an eigenvector that is inaccurate after back substitution, which happens among
+/// Improves an eigenvector that is inaccurate after back substitution, by inverse iteration. This occurs with
 /// repeated complex eigenvalues.
 pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     let n = a.nrows();
@@ -316,7 +320,8 @@ pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     if residual(vector) <= POOR_RESIDUAL * size * vector.norm_l2() {
         return;
     }
-    // The shift is off the eigenvalue, so that its eigenvectors keep their proportions.
+    // The shift has a distance from the eigenvalue, so that several eigenvectors of it keep their
+    // proportions.
     let lu = shifted(value + c64::new(OFFSET * size, 0.0)).partial_piv_lu();
     for _ in 0..3 {
         let next = lu.solve(&*vector);
@@ -324,8 +329,8 @@ pub(super) fn refine_vector(a: &Mat<f64>, value: c64, vector: &mut Col<c64>) {
     }
 }
 
-/// Orthonormal basis of the invariant plane near two vectors with the given condition number, with
-/// known trace and determinant on the plane.
+/// Orthonormal basis of the invariant plane near two vectors, whose matrix has the given condition number.
+/// The trace and the determinant of `a` on the plane are known.
 pub(super) fn plane(
     a: &Mat<f64>,
     vectors: [Vec<f64>; 2],
@@ -353,7 +358,7 @@ pub(super) fn orthonormal([first, second]: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
     [first, second]
 }
 
-/// The part of a vector outside the span of orthonormal ones, by two passes of Gram–Schmidt.
+/// The part of a vector that is orthogonal to the orthonormal vectors `basis`, by two passes of Gram–Schmidt.
 pub(super) fn outside(vector: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
     let mut left = vector.to_vec();
     for b in basis.iter().chain(basis) {

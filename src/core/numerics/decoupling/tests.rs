@@ -1,4 +1,4 @@
-//! Compares blocks with the matrices they come from.
+//! Compares blocks with the matrices from which they are computed.
 
 use super::components::turn_columns;
 use super::*;
@@ -40,7 +40,7 @@ fn block_matrix(blocks: &[[[f64; 2]; 2]]) -> Mat<f64> {
     })
 }
 
-/// Decouples and checks `A T = T B` and the inverse, both with displacements times `unit`.
+/// Decouples, and checks `A T = T B` and the inverse of T. Displacements are multiplied by `unit`.
 fn checked(w: &[f64], d: &[f64], s: &[f64], name: &str) -> Decoupled {
     let result = decouple(w, d, s).unwrap();
     let n = w.len();
@@ -203,7 +203,7 @@ fn rigid_rotations_under_drag() {
         alone.generators,
         [[[0.0, 1.0], [0.0, -0.4]], [[0.0, 1.0], [-25.0, -0.1]]]
     );
-    // Drag on 0.6 a - 0.8 b alone does not restrain the other combination of the rotations.
+    // Drag acts on 0.6 a - 0.8 b only. It does not restrain the other combination of the rotations.
     let result = checked(
         &[0.0, 0.0],
         &[0.36, -0.48, -0.48, 0.64],
@@ -246,7 +246,7 @@ fn rigid_rotations_under_drag() {
 
 #[test]
 fn friction_may_push_a_free_direction() {
-    // The elastic modes push the rigid mode, without a reaction.
+    // The elastic modes exert a force on the rigid mode, without a reaction.
     let mut s = vec![0.0; 9];
     (s[1], s[2], s[5], s[7]) = (40.0, -30.0, 5.0, 9.0);
     let mut d = vec![0.0; 9];
@@ -255,8 +255,8 @@ fn friction_may_push_a_free_direction() {
     assert_eq!(result.generators[0], [[0.0, 1.0], [0.0, 0.0]]);
 }
 
-/// The scale of a mode is its frequency, or the slowest motion due to a coupling k to another mode: `√k`, or `k/ω`
-/// if the other one is faster than that.
+/// The scale of a mode is its frequency. A coupling k to another mode of frequency ω raises it to `√k`, or to
+/// `k/ω` if ω is larger than `√k`.
 #[test]
 fn a_mode_has_the_scale_of_what_couples_it() {
     let zero = square(&[0.0; 4], 2);
@@ -269,7 +269,7 @@ fn a_mode_has_the_scale_of_what_couples_it() {
         let found = scales(&[0, 1], &frequency, &[zero.clone(), coupled.clone()]);
         assert_eq!(found, expected);
     }
-    // Drag is the scale of a mode without frequency, and of no other.
+    // Drag is the scale of a rigid mode only.
     let dragged = square(&[0.0, 500.0, 500.0, 0.0], 2);
     for (frequency, expected) in [([1.0, 100.0], [1.0, 100.0]), ([0.0, 100.0], [500.0, 100.0])] {
         let found = scales(&[0, 1], &frequency, &[dragged.clone(), zero.clone()]);
@@ -445,8 +445,9 @@ fn three_nearly_parallel_eigenvectors_are_paired_once() {
     }
 }
 
-/// Equal planets about a centre, each a chain of two bodies, in modes that hide their symmetry. Most
-/// eigenvalues repeat, once less than there are planets. Vectors due to round-off would be nearly parallel.
+/// Equal planets around a centre, each a chain of two bodies, in random modes. Most eigenvalues repeat, with
+/// one repetition less than there are planets. Without separation, round-off would make their eigenvectors
+/// nearly parallel.
 #[test]
 fn equal_bodies_have_independent_eigenvectors() {
     for planets in [3, 4, 5, 7] {

@@ -6,12 +6,13 @@ use multiversion::multiversion;
 use num_complex::{Complex64, c64};
 use std::ops::Range;
 
-/// Largest number of steps for one eigenvalue. Among several nearly equal, nearly double eigenvalues, shifts
-/// wander until one hits. Many such matrices take more than the 300 steps of LAPACK. Of these, a third
-/// remains after every further 180 steps.
+/// Largest number of steps for one eigenvalue. With several nearly equal and nearly double eigenvalues, many
+/// shifts fail before one succeeds. Many such matrices need more than the 300 steps that LAPACK allows. After
+/// every further 180 steps, a third of them is still unsolved.
 const MOST_STEPS: usize = 3000;
 
-/// Number of steps for one eigenvalue between exceptional shifts, which keep steps from repeating forever.
+/// Number of steps for one eigenvalue between exceptional shifts. These prevent an endless repetition of
+/// steps.
 const EXCEPTIONAL: usize = 10;
 
 /// Eigenvalues of a real matrix, in no particular order. `None` if the iteration fails or an
@@ -28,7 +29,7 @@ pub fn eigenvalues(matrix: MatRef<'_, f64>) -> Option<Vec<Complex64>> {
     shifted_steps(&mut h, n)
 }
 
-/// Householder's reduction to Hessenberg form. (`orthes`)
+/// Householder's reduction to Hessenberg form (`orthes`).
 #[multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512dq+avx2"))]
 fn hessenberg(h: &mut [f64], n: usize) {
     let (mut u, mut row) = (vec![0.0; n], vec![0.0; n]);
@@ -73,7 +74,7 @@ fn hessenberg(h: &mut [f64], n: usize) {
     }
 }
 
-/// A dot product in eight parallel sums.
+/// A dot product, computed as eight partial sums.
 #[inline(always)]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
@@ -151,8 +152,8 @@ impl Reflection {
     }
 }
 
-/// Eigenvalues of a 2 × 2 matrix with the last diagonal entry x, the other one y, and the product w of the
-/// off-diagonal entries. If they are real, the nearer to x is last.
+/// Eigenvalues of a 2 × 2 matrix with the diagonal entries y and x, x the last one, and the product w of the
+/// off-diagonal entries. Of two real eigenvalues, the one nearer to x is last.
 fn of_two(x: f64, y: f64, w: f64) -> [Complex64; 2] {
     let p = 0.5 * (y - x);
     let q = p * p + w;
@@ -165,7 +166,7 @@ fn of_two(x: f64, y: f64, w: f64) -> [Complex64; 2] {
     [(x + z).into(), nearer.into()]
 }
 
-/// Francis' double QR steps on a Hessenberg matrix. (`hqr`)
+/// Eigenvalues of a Hessenberg matrix by Francis' double QR steps (`hqr`).
 #[multiversion(targets("x86_64+avx2", "x86_64+avx512f+avx512dq+avx2"))]
 fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
     let at = |i: usize, j: usize| j * size + i;
@@ -176,7 +177,7 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             norm += h[at(i, j)].abs();
         }
     }
-    // Eigenvalues below `end` are still to be found.
+    // The eigenvalues with indices below `end` are not yet known.
     let (mut end, mut steps) = (size, 0);
     while end > 0 {
         let n = end - 1;
@@ -210,7 +211,7 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
         }
         // The shifts are the roots of (x - s) (y - s) = w.
         if steps % EXCEPTIONAL == 0 {
-            // At the upper end and at the lower one alternately.
+            // Use the lower and the upper end of the active block alternately.
             let (at_end, next_to_end) = match steps % (2 * EXCEPTIONAL) {
                 0 => (x, [at(n, n - 1), at(n - 1, n - 2)]),
                 _ => (h[at(l, l)], [at(l + 1, l), at(l + 2, l + 1)]),
@@ -219,7 +220,8 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             x = at_end + 0.75 * s;
             (y, w) = (x, -0.4375 * s * s);
         } else if pair[1].im == 0.0 {
-            // Of two real ones use the nearer one twice: both would keep nearly double eigenvalues from separating.
+            // If both shifts are real, use the nearer one twice: two shifts would prevent nearly double
+            // eigenvalues from separating.
             let nearer = pair[1].re;
             (x, y, w) = (nearer, nearer, 0.0);
         }

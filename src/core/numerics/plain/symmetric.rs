@@ -19,8 +19,8 @@ pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
     Some((values, Mat::from_fn(n, n, |i, j| v[(i, order[j])])))
 }
 
-/// Householder's reduction to a tridiagonal matrix, its diagonal and subdiagonal; `v` becomes
-/// the transformation. (`tred2`)
+/// Householder's reduction to a tridiagonal matrix (`tred2`). Returns its diagonal and its subdiagonal. `v`
+/// becomes the transformation.
 fn tridiagonal(v: &mut Mat<f64>) -> (Vec<f64>, Vec<f64>) {
     let n = v.nrows();
     let (mut d, mut e) = (vec![0.0; n], vec![0.0; n]);
@@ -112,7 +112,8 @@ fn tridiagonal(v: &mut Mat<f64>) -> (Vec<f64>, Vec<f64>) {
     (d, e)
 }
 
-/// Implicit QL on a tridiagonal matrix: `d` becomes the eigenvalues, `v` their vectors. (`tql2`)
+/// Implicit QL steps on a tridiagonal matrix (`tql2`): `d` becomes the eigenvalues, `v` their eigenvectors.
+/// `None` if the iteration fails.
 fn diagonal(v: &mut Mat<f64>, d: &mut [f64], e: &mut [f64]) -> Option<()> {
     let n = d.len();
     for i in 1..n {

@@ -20,7 +20,7 @@ fn no_root_is_certified_at_once() {
 
 #[test]
 fn the_earliest_of_many_is_found() {
-    // Exits at −0.9 … (falling roots of a product with alternating slopes).
+    // The slopes at the roots alternate. The first falling root is −0.9.
     let roots = [-0.9, -0.5, -0.1, 0.2, 0.6, 0.95];
     let s = find(|x| roots.iter().map(|r| r - x).product());
     assert!((s.exit.unwrap() + 0.9).abs() < 1e-15);
@@ -113,7 +113,8 @@ fn every_change_of_sign_is_found_in_order() {
 
 #[test]
 fn a_change_on_a_joint_is_found_once() {
-    // Zero at the joint of two windows, up to round-off on either side; then a step across zero.
+    // The root is at the joint of two windows, with round-off on either side, or the series jumps across zero
+    // there.
     for shift in [0.0, 1e-16, -1e-16, 1e-13] {
         let mut positive = None;
         let left = changes(|x| 0.5 * (x - 1.0) - shift, &mut positive);

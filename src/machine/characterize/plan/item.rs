@@ -5,13 +5,13 @@ use crate::characterize::team::HardwareThread;
 use crate::characterize::vectors::{NON_TEMPORAL, Set};
 use strum::{IntoStaticStr, VariantArray};
 
-/// Placement of threads.
+/// Order in which the threads of a team are placed on cores.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Placement {
     /// The cores of a node before those of the next.
     Compact,
-    /// The nodes in rotation.
+    /// One core of each node in turn.
     Scattered,
 }
 
@@ -26,7 +26,7 @@ impl Placement {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr)]
 #[strum(serialize_all = "lowercase")]
 pub enum Walk {
-    /// Page by page, at random within each.
+    /// Page by page, in random order within each page.
     Pages,
     /// Another page with every load.
     Hops,
@@ -46,9 +46,9 @@ impl Walk {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoStaticStr, VariantArray)]
 #[strum(serialize_all = "snake_case")]
 pub enum Solver {
-    /// Tables per operating point, made by the worker that computes it.
+    /// Its tables are per operating point. The worker that computes the point makes them.
     Volterra,
-    /// Tables of the structure, common to all operating points.
+    /// Its tables belong to the structure and are common to all operating points.
     ClosedModes,
 }
 
@@ -99,10 +99,10 @@ pub struct Campaign {
     pub points: usize,
 }
 
-/// One measurement; some give several figures.
+/// One measurement, which gives one or several figures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Item {
-    /// Multiply-adds of every member: one figure.
+    /// Multiply-adds in registers of every member: one figure.
     Arithmetic {
         /// Instruction set.
         set: Set,

@@ -1,11 +1,11 @@
-//! On which hardware threads do teams run? Their order, teams of growing size, the caches and nodes that they span.
+//! On which hardware threads do teams run? Order of the threads, teams of growing size, caches and nodes of a
+//! team.
 
 use super::item::Placement;
 use crate::characterize::team::HardwareThread;
 use crate::topology::{Cache, Topology};
 
-/// All hardware threads in their order of use: first threads of all cores before
-/// second ones.
+/// All hardware threads in their order of use: the first threads of all cores before the second ones.
 pub fn order(topology: &Topology, placement: Placement) -> Vec<HardwareThread> {
     let mut ranked = Vec::new();
     let mut in_node = std::collections::HashMap::new();
@@ -25,8 +25,8 @@ pub fn order(topology: &Topology, placement: Placement) -> Vec<HardwareThread> {
     ranked.into_iter().map(|(_, thread)| thread).collect()
 }
 
-/// Teams of growing size, up to `most` members: powers of two, a node's cores, all cores, all
-/// threads.
+/// Teams of growing size, up to `most` members. Their sizes are powers of two, the largest number of cores of
+/// a node, the number of all cores, and the number of all threads.
 pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<HardwareThread>> {
     let order = order(topology, placement);
     let most = order.len().min(most);
@@ -49,7 +49,7 @@ pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<
     counts.iter().map(|&n| order[..n].to_vec()).collect()
 }
 
-/// Number of last-level caches that a team spans; hwloc lists cores with a common cache next to each other.
+/// Number of last-level caches of a team's cores. hwloc lists cores with a common cache next to each other.
 pub fn caches_spanned(topology: &Topology, team: &[HardwareThread], cache: &Cache) -> usize {
     let mut before = 0;
     let mut spanned: Vec<usize> = Vec::new();

@@ -44,7 +44,7 @@ fn two_sockets_with_second_threads() {
     // Powers of two, the cores of a node, all cores, all threads.
     let counts = [1, 2, 4, 8, 14, 16, 28, 32, 56];
     assert_eq!(stream_threads(&plan, Placement::Compact), counts);
-    // One thread, all cores and all threads are the same in both.
+    // Teams of one thread, of all cores and of all threads are equal in both placements.
     assert_eq!(
         stream_threads(&plan, Placement::Scattered),
         [2, 4, 8, 14, 16, 32]
@@ -79,7 +79,7 @@ fn two_sockets_with_second_threads() {
     assert_eq!(plan.missing, []);
 }
 
-/// Operating points per thread of closed modes, for measurements on one thread and on all.
+/// Numbers of operating points per thread for `closed_modes`, in the measurements that vary this number.
 fn breadths(plan: &Plan) -> Vec<usize> {
     let campaigns = plan.items.iter().filter_map(|item| match item {
         Item::Solver { campaign, teams } if campaign.points != POINTS => {

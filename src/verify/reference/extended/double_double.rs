@@ -1,8 +1,8 @@
 //! Numbers of about 31 digits: the unevaluated sum of two doubles.
 //!
-//! Sums by Knuth's two-sum, products by Veltkamp's splitting and Dekker's product (Dekker 1971;
-//! Hida, Li & Bailey 2001). Relative errors are a few units of 2⁻¹⁰⁴. The splitting overflows
-//! beyond 2⁹⁹⁶, far from any quantity of a gear drive.
+//! Sums use Knuth's two-sum. Products use Veltkamp's splitting and Dekker's product (Dekker 1971; Hida, Li &
+//! Bailey 2001). Relative errors are a few units of 2⁻¹⁰⁴. The splitting overflows beyond 2⁹⁹⁶, far above any
+//! quantity of a gear drive.
 
 use std::cmp::Ordering;
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
@@ -22,7 +22,7 @@ impl DoubleDouble {
     pub const ZERO: Self = Self::exact(0.0);
     /// One.
     pub const ONE: Self = Self::exact(1.0);
-    /// π/2, the double nearest to it and the double nearest to the rest.
+    /// π/2: the double nearest to it, and the double nearest to the remainder.
     pub const HALF_PI: Self = Self {
         high: std::f64::consts::FRAC_PI_2,
         low: 6.123_233_995_736_766e-17,
@@ -73,7 +73,7 @@ impl DoubleDouble {
     pub fn sin_cos(self) -> (Self, Self) {
         let quarter_turns = (self.high / Self::HALF_PI.high).round();
         let r = self - Self::HALF_PI * quarter_turns;
-        // |r| ≤ π/4: the terms of both series are alternating terms of the exponential.
+        // |r| ≤ π/4. The terms of both series are those of the exponential series, with alternating signs.
         let (mut sin, mut cos) = (Self::ZERO, Self::ZERO);
         let mut term = Self::ONE;
         let mut n = 0u32;
@@ -113,7 +113,7 @@ fn two_sum(a: f64, b: f64) -> DoubleDouble {
     }
 }
 
-/// Like [`two_sum`] for `|a| ≥ |b|`.
+/// As [`two_sum`], for `|a| ≥ |b|`.
 fn quick_two_sum(a: f64, b: f64) -> DoubleDouble {
     let high = a + b;
     DoubleDouble {
@@ -182,7 +182,7 @@ impl Div for DoubleDouble {
     type Output = Self;
 
     fn div(self, other: Self) -> Self {
-        // Long division with three digits of a double each.
+        // Long division: the quotient has three parts, each a double.
         let first = self.high / other.high;
         let rest = self - other * first;
         let second = rest.high / other.high;

@@ -1,4 +1,4 @@
-//! The trajectory to about 30 digits: how large are the errors of all other results?
+//! An integrator of about 30 digits, which shows the errors of all other integrations.
 //!
 //! Between breakpoints and events the system is linear, its stiffness and its half gap are polynomials (mostly
 //! constants), and its inputs are harmonic. Its Taylor series therefore follows by recurrence. With `u = t/h` on a step
@@ -9,9 +9,10 @@
 //! F_j  = Σ_m k_m (δ_{j−m} − s b_{j−m}) + c (δ'_j − s b'_j)
 //! ```
 //!
-//! in numbers of two doubles each. Steps are a radian of the fastest rate, so that the omitted terms are below 1/31! ≈
-//! 1e-34. The series of δ gives every change of contact state; signs prove its first zero (`root`), and each step
-//! restarts from exact breakpoints. The parameters of the [`Model`](crate::model::Model) count as exact.
+//! in numbers of two doubles each. A step is at most one radian of the fastest rate, so that the omitted
+//! terms are below 1/31! ≈ 1e-34. Every change of contact state is a zero of a series for δ. Signs of
+//! coefficients prove that it is the first zero (`root`). Breakpoints are exact. The parameters of the
+//! [`Model`](crate::model::Model) count as exact.
 
 mod double_double;
 mod root;
@@ -25,14 +26,14 @@ use super::rate::fastest_rate;
 use crate::model::{ActiveSet, Model, Release, Segment, TrajectoryState};
 use series::{Instant, StepSeries, Structure};
 
-/// Bound below which two quantities count as zero after an event: the stretch of a slider's spring beyond the limit,
-/// and its change over a step. The unit is the stretch at the limit.
+/// Bound, relative to the stretch at the limit, below which two quantities count as zero after an event: the
+/// stretch of a slider's spring beyond the limit, and its change over a step.
 const LEFT_BY_AN_EVENT: f64 = 1e-22;
 
 /// Round-off of the stretch of a spring in doubles, in units of the largest component of the state.
 const AT_LIMIT: f64 = 1e-14;
 
-/// Terms of the series on a step: X₀ … X₃₀.
+/// Order of the series on a step, whose terms are X₀ … X₃₀.
 const ORDER: usize = 30;
 
 /// Extended-precision integrator of one model.
@@ -99,7 +100,7 @@ impl<'m> Extended<'m> {
         Self::with_order(model, ORDER)
     }
 
-    /// The integrator with another number of terms ≥ 2, for tests of its order.
+    /// The integrator with another order ≥ 2, for tests of the observed order.
     pub fn with_order(model: &'m Model, order: usize) -> Self {
         Self {
             model,
@@ -126,8 +127,9 @@ impl<'m> Extended<'m> {
     /// Advances `cycles` whole mesh cycles from `start`, whose doubles count as exact.
     ///
     /// # Errors
-    /// [`ReferenceError`] if the state becomes non-finite, the contact chatters, or the trajectory touches a surface
-    /// within the last digit, so that the sequence of events is uncertain; also for a film of oil or rigid stops.
+    /// [`ReferenceError`] if the state becomes non-finite, the contact state changes too often, or the
+    /// trajectory touches a surface within the last digit, so that the sequence of events is uncertain. Also
+    /// for a film of oil, rigid stops or dry friction.
     pub fn advance(
         &self,
         start: &TrajectoryState,
@@ -177,7 +179,7 @@ struct Integration<'e> {
     contact: ActiveSet,
     /// The segment of every contact.
     segments: Vec<Segment>,
-    /// Contacts at whose surfaces the trajectory is, right after an event.
+    /// Contacts on whose surfaces the trajectory is exactly, right after an event.
     crossed: ActiveSet,
     /// Contacts with zero push, right after they opened or closed again.
     forceless: ActiveSet,
@@ -236,7 +238,7 @@ impl Integration<'_> {
         time
     }
 
-    /// Updates lines and gaps, at which contacts may open and close.
+    /// Opens and closes contacts whose line or gap changes at this mesh phase.
     fn turn(&mut self, phase: f64, time: DoubleDouble) {
         let Extended {
             model, structure, ..
@@ -244,7 +246,7 @@ impl Integration<'_> {
         for index in model.turning(self.cycle, phase) {
             let contact = &model.contacts[index];
             if contact.release == Release::Force {
-                // The next step starts from the new state.
+                // The next step finds a change of its state.
                 continue;
             }
             let segment = &self.segments[index];
@@ -253,7 +255,7 @@ impl Integration<'_> {
             let gap = contact.gap(segment, time.value());
             if contact.is_reached(deflection.value(), 0.0, gap) != self.contact.holds(index) {
                 self.cross(index, time);
-                // After a step, no contact is on a surface.
+                // After a jump of line or gap, no contact is on a surface.
                 self.crossed = ActiveSet::FREE;
             }
         }
@@ -356,7 +358,8 @@ impl Integration<'_> {
             self.cross(contact, reached);
         }
         let changed = ActiveSet::FREE.toggled(contact);
-        // After a jump of the push or of the surface at the start of a step, neither is zero.
+        // If the event is at the start of the step, the push or the surface has jumped, and neither quantity
+        // is zero.
         let stepped =
             self.extended.model.contacts[contact].release == Release::Force && place.value() == 0.0;
         match met {
@@ -421,7 +424,7 @@ impl Integration<'_> {
             }
             for (mut margin, known, met) in margins {
                 if known {
-                    // Divide out the zero of the last event.
+                    // The last event left a zero at the start of the step: divide it out.
                     margin.remove(0);
                 }
                 let zero = root::first_zero(&margin)
@@ -452,21 +455,22 @@ impl Integration<'_> {
     }
 }
 
-/// The end of a contact's state.
+/// The cause of the end of a contact's state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum StateEnd {
-    /// Its surface: it opens or closes.
+    /// It reaches its surface, and opens or closes.
     Surface,
     /// The push of its spring and damper vanishes: it opens or closes again.
     NoForce,
-    /// Its surface, after it opened by force: it becomes free, and nothing else changes.
+    /// It leaves its surface after it opened by force. Its state stays open, and no force changes.
     Freedom,
-    /// The limit of a slider, or zero velocity.
+    /// A slider reaches its limit, or the velocity of a slip becomes zero.
     Slide,
 }
 
-/// The margin of a slip of a dry slider, from the coefficients of its `s δ − b`: the velocity of a slipping slider, the
-/// distance to the limit of a sticking one. Zeros at the start of the step, which an event left, are divided out.
+/// The margin of a slip of a dry slider, from the coefficients of its `s δ − b`. For a slipping slider it is
+/// the velocity, for a sticking one the distance to the limit. Zeros at the start of the step, which an event
+/// left, are divided out.
 fn margin_of_slip(indentation: &[DoubleDouble], limit: f64, slips: bool) -> Vec<DoubleDouble> {
     let at_zero = |term: DoubleDouble| term.value().abs() <= LEFT_BY_AN_EVENT * limit;
     if slips {

@@ -15,8 +15,8 @@ const DEPTH: u32 = 54;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct UndecidedTouch;
 
-/// First zero in [0, 1] of the polynomial with the given monomial coefficients, which counts as positive at 0: a
-/// negative value there is a zero at 0.
+/// First zero in [0, 1] of the polynomial with the given monomial coefficients. The polynomial should be
+/// positive at 0. If it is not, the zero is 0.
 pub(super) fn first_zero(power: &[DoubleDouble]) -> Result<Option<DoubleDouble>, UndecidedTouch> {
     let bernstein = bernstein(power);
     isolate(power, &bernstein, 0.0, 1.0, DEPTH)
@@ -27,7 +27,7 @@ fn bernstein(power: &[DoubleDouble]) -> Vec<DoubleDouble> {
     let n = power.len() - 1;
     (0..=n)
         .map(|i| {
-            // C(i, j)/C(n, j) by its ratio in j: at most 1, and decreasing.
+            // Compute C(i, j)/C(n, j) from its value at j − 1. It is at most 1, and decreases.
             let mut weight = DoubleDouble::ONE;
             let mut sum = power[0];
             for j in 1..=i {
@@ -61,7 +61,7 @@ fn isolate(
     if depth == 0 {
         return Err(UndecidedTouch);
     }
-    // The halves' coefficients are the edges of de Casteljau's triangle.
+    // The coefficients on both halves are the edges of de Casteljau's triangle.
     let mut row = coefficients.to_vec();
     let (mut before, mut after) = (vec![first], vec![last]);
     while row.len() > 1 {
@@ -77,7 +77,7 @@ fn isolate(
     }
 }
 
-/// Number of sign changes, without zeros.
+/// Number of sign changes. Zeros are skipped.
 fn changes(coefficients: &[DoubleDouble]) -> usize {
     let signs = coefficients.iter().map(|c| c.value().signum());
     let signs: Vec<f64> = signs
@@ -88,7 +88,8 @@ fn changes(coefficients: &[DoubleDouble]) -> usize {
     signs.windows(2).filter(|p| p[0] != p[1]).count()
 }
 
-/// The only zero between two positions, with positive values before it: Newton's method, restricted to the bracket.
+/// The only zero between two positions, with positive values before it, by Newton's method within the
+/// bracket.
 fn polish(power: &[DoubleDouble], left: f64, right: f64) -> DoubleDouble {
     let (mut left, mut right) = (DoubleDouble::exact(left), DoubleDouble::exact(right));
     let mut place = (left + right) * 0.5;
@@ -164,7 +165,7 @@ mod tests {
             let power: Vec<_> = with_zeros(&zeros).iter().map(|&a| a * sign).collect();
             let found = first_zero(&power).unwrap().unwrap();
             let error = (found - DoubleDouble::exact(first)).abs().value();
-            // Neighbouring zeros are the more ill-conditioned, the closer they are.
+            // The closer two zeros are, the less accurately they are determined.
             assert!(error < 1e-21, "{zeros:?}: {error:e}");
         }
     }
@@ -181,7 +182,7 @@ mod tests {
         assert!((found.value() - (0.3 - 1e-14)).abs() < 1e-15);
         let mut exact = vec![DoubleDouble::exact(0.0625), DoubleDouble::exact(-0.5)];
         exact.push(DoubleDouble::ONE);
-        // The double zero is at 1/4, a point of the halving: found, not missed.
+        // The double zero is at 1/4, a boundary between halves. It is found there.
         assert_eq!(
             first_zero(&exact).map(|z| z.map(DoubleDouble::value)),
             Ok(Some(0.25))

@@ -4,13 +4,13 @@ use super::DoubleDouble;
 use super::root::evaluate;
 use crate::model::{ActiveSet, Block, Line, MeshGain, Model, STIFFNESS_TERMS, Segment};
 
-/// A model's blocks in extended precision, one list per direction of the mesh force.
+/// A model's blocks in extended precision, one list per direction.
 #[derive(Debug, Clone)]
 pub(super) struct Structure {
     directions: Vec<Vec<ExtendedBlock>>,
 }
 
-/// One block: `x' = A x − g F + s`, `w·x` to the deflection, `w A x` to its rate.
+/// One block, `x' = A x − g F + s`. It contributes `w·x` to the deflection and `w A x` to its rate.
 #[derive(Debug, Clone, Copy)]
 struct ExtendedBlock {
     generator: [[f64; 2]; 2],
@@ -25,16 +25,16 @@ pub(super) struct Instant<'a> {
     pub cycle: u64,
     /// Time within the mesh cycle \[s\].
     pub time: DoubleDouble,
-    /// Time at the model's speed that elapses on the step, as coefficients of `u` and its square \[s\].
+    /// Elapsed time at the model's speed, as coefficients of `u` and its square \[s\].
     pub passed: [DoubleDouble; 2],
     /// The segment of every contact.
     pub segments: &'a [Segment],
     pub contact: ActiveSet,
 }
 
-/// Coefficients on a step in `u`, the fraction of its length.
+/// Power series on a step in `u`, the fraction of its length.
 pub(super) struct StepSeries {
-    /// Coefficients of each component of the state, order + 1 for each.
+    /// The order + 1 coefficients of each component of the state.
     states: Vec<Vec<DoubleDouble>>,
     /// Coefficients of δ along every line that a contact uses \[m\].
     pub deflections: Vec<Vec<DoubleDouble>>,
@@ -45,8 +45,9 @@ pub(super) struct StepSeries {
 }
 
 impl StepSeries {
-    /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from those of its `s δ − b` over a
-    /// step of some length \[s\]. The result has one coefficient fewer.
+    /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from the coefficients
+    /// `indentation` of `s δ − b`, over a step of some length \[s\]. The result has one coefficient less than
+    /// `indentation`.
     pub fn push(
         &self,
         contact: usize,
@@ -147,7 +148,7 @@ impl Structure {
         let gap_errors: Vec<_> = (instant.segments.iter())
             .map(|segment| on_step(segment, segment.error.coefficients()))
             .collect();
-        // One direction for every line in use.
+        // Use one direction for every line on which a contact is.
         let mut lines: Vec<(usize, usize)> = Vec::new();
         for segment in instant.segments {
             let line = model.line(segment);
@@ -181,7 +182,7 @@ impl Structure {
                     let (x, y) = (states[i][j], states[n + i][j]);
                     d += x * block.deflection[0];
                     rate += y * block.rate[1];
-                    // Both are zero for a mode; skipping them saves half the time.
+                    // Both terms are zero for an uncoupled mode. Skipping them saves half the time.
                     if block.deflection[1] != 0.0 {
                         d += y * block.deflection[1];
                     }
@@ -247,14 +248,15 @@ struct ClosedSeries<'a> {
     side: f64,
     damping: f64,
     stiffness: Vec<DoubleDouble>,
-    /// The error of loaded flanks, plus the backlash as its constant.
+    /// The half gap plus the error of loaded flanks.
     gap: Vec<DoubleDouble>,
     /// Force of a slipping slider \[N\].
     limit: Option<f64>,
 }
 
 impl ClosedSeries<'_> {
-    /// Coefficient j of the force, from the deflection's coefficients up to j and those of its rate.
+    /// Coefficient j of the force, from the coefficients of the deflection up to j, and coefficient j of its
+    /// rate.
     fn force(
         &self,
         j: usize,
@@ -280,8 +282,8 @@ impl ClosedSeries<'_> {
     }
 }
 
-/// Coefficients on the step of a Legendre series over the segment. With `x = x₀ + σ₁ u + σ₂ u²` as the position within
-/// the segment, they are those of `Σ a P(x)` by Legendre's recurrence.
+/// Converts a Legendre series over the segment to a power series on the step. The position within the segment
+/// is `x = x₀ + σ₁ u + σ₂ u²`. The coefficients of `Σ a_n P_n(x)` follow by Legendre's recurrence.
 fn on_step(
     model: &Model,
     instant: &Instant<'_>,
@@ -363,12 +365,14 @@ fn error_harmonics(
     sum
 }
 
-/// Rotation of a wave of some angular frequency \[rad/s\] on a step, as coefficients of `u` and its square.
+/// Change of the phase of a harmonic with an angular frequency \[rad/s\] on a step, as coefficients of `u`
+/// and its square.
 fn turns_by(passed: [DoubleDouble; 2], omega: f64) -> [DoubleDouble; 2] {
     passed.map(|passed| passed * omega)
 }
 
-/// Coefficients of `cos(phase + turn₁ u + turn₂ u²)`: `c' = −φ' s`, `s' = φ' c`.
+/// Coefficients of `cos φ` with `φ = phase + first u + second u²`, by recurrence from `(cos φ)' = −φ' sin φ`
+/// and `(sin φ)' = φ' cos φ`.
 fn cosine(
     phase: DoubleDouble,
     [first, second]: [DoubleDouble; 2],

@@ -4,7 +4,7 @@ use super::*;
 use crate::model::{Division, Drive, MeshHarmonic, OperatingPoint};
 use crate::structure::ModalStructure;
 
-/// One rigid degree of freedom with `Σ w g = 4`, half gap 1, period 2π.
+/// One rigid degree of freedom with `Σ w g = 4`, the half gap 1 and the mesh period 2π.
 fn one_degree(stiffness: f64, damping: f64, error: Vec<MeshHarmonic>) -> Model {
     let structure = ModalStructure {
         mesh: vec![2.0],
@@ -23,8 +23,8 @@ fn one_degree(stiffness: f64, damping: f64, error: Vec<MeshHarmonic>) -> Model {
     Model::new(&structure, &drive, point).unwrap()
 }
 
-/// Unloaded and undamped, the mass flies from flank to flank: δ − b = 2 cos 4t, then 1/4 s of flight, then half a
-/// period on the other flank, and so on.
+/// Without load and damping, the mass flies from flank to flank: δ − b = 2 cos 4t, then 1/4 s of flight, then
+/// half a period on the other flank, and so on.
 #[test]
 fn bouncing_between_two_flanks_is_the_closed_form_to_thirty_digits() {
     let model = one_degree(4.0, 0.0, Vec::new());
@@ -77,7 +77,8 @@ fn forced_response_in_contact_is_the_closed_form_to_thirty_digits() {
     let imaginary = DoubleDouble::exact(4.0 * c);
     let scale = DoubleDouble::exact(0.1) / (real * real + imaginary * imaginary);
     let (a, beta) = (real * scale, imaginary * scale);
-    // Without load the mass would leave the flank. The test therefore imposes the contact state on one step.
+    // Without load the mass would leave the flank. The test therefore prescribes the contact state of one
+    // step.
     let e = DoubleDouble::exact(0.1);
     let q = (DoubleDouble::ONE + a + e) * 0.5;
     let v = beta * 0.5;
