@@ -171,6 +171,7 @@ impl Drawn {
                 friction,
                 friction_lever: vec![0.0; n],
                 residual_flexibility: 0.0,
+                tilt_residuals: Vec::new(),
                 bearings: Vec::new(),
                 torques: Vec::new(),
                 motions: Vec::new(),

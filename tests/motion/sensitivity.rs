@@ -208,3 +208,17 @@ fn differences_of_tables_are_of_the_second_order() {
         assert!((1.8..2.2).contains(&order), "{errors:?}");
     }
 }
+
+/// 0.6 of a mesh cycle is a boundary of its sixty segments, 0.605 lies within one. At a boundary, the models on both
+/// sides have equally many levels, but the levels are elsewhere.
+#[test]
+fn no_derivative_exists_where_the_segments_change() {
+    let job = job(&text("tiers/translational.toml"));
+    let parts = Prepared::new(TableStore::in_memory());
+    let point = job.points.at(0);
+    let parameter = (job.between.parameter(&point, "mesh.contact_ratio")).unwrap();
+    let family = PointFamily::new(point, vec![parameter], &job.between, &parts);
+    assert!(family.derivative([1.605, 0.0], 0).is_ok());
+    let refused = family.derivative([1.6, 0.0], 0).unwrap_err();
+    assert!(refused.contains("segments of the mesh cycle"), "{refused}");
+}

@@ -65,7 +65,9 @@ fn summary(name: &str, job: &Job) -> String {
     let first = job.points.first();
     let lines = (first.as_ref()).map_or(Vec::new(), |first| describe(job, first, &parts));
     let verdict = match first.and_then(|first| fault(&first, &parts)) {
-        Some(error) => format!("no error in the keys, but the first point cannot be computed: {error}"),
+        Some(error) => {
+            format!("no error in the keys, but the first point cannot be computed: {error}")
+        }
         None => "valid".to_owned(),
     };
     let mut text = format!("{}: {verdict}\n\n", printable(name));

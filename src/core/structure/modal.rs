@@ -67,6 +67,11 @@ pub struct ModalStructure {
     /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if no mode is omitted, or without
     /// modal-truncation augmentation.
     pub residual_flexibility: f64,
+    /// Static tilt of the flanks by the omitted modes, `[Σ w w₁/ω² \[rad/N\], Σ w₁²/ω² \[rad/(N m)\]]` with the
+    /// participations w and w₁ of deflection and tilt: of the drive flanks, the coast flanks, then of each of
+    /// `contacts`. Empty for none.
+    #[serde(skip)]
+    pub tilt_residuals: Vec<[f64; 2]>,
     /// Mass of the mesh along the line of action \[kg\]; `None` for `1/Σ mesh²` over the rigid modes, or over all modes
     /// if no rigid one deflects the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -478,6 +483,7 @@ impl ModalStructure {
             friction: vec![0.0; n],
             friction_lever: vec![0.0; n],
             residual_flexibility: 0.0,
+            tilt_residuals: Vec::new(),
             mesh_mass: None,
             coast: None,
             contacts: Vec::new(),
@@ -511,6 +517,33 @@ impl ModalStructure {
             lever: self.friction_lever.clone(),
             residual_flexibility: self.residual_flexibility,
         }
+    }
+
+    /// Participations of deflection and tilt at the drive flanks, the coast flanks and every other contact; empty
+    /// columns for none.
+    pub fn tilt_columns(&self) -> impl Iterator<Item = [&[f64]; 2]> {
+        let coast = self.coast.as_ref();
+        let coast = coast.map_or([&[][..]; 2], |flank| [&flank.mesh[..], &flank.tilt]);
+        let contacts = self.contacts.iter();
+        [[&self.mesh[..], &self.mesh_tilt], coast]
+            .into_iter()
+            .chain(contacts.map(|contact| [&contact.participation[..], &contact.tilt]))
+    }
+
+    /// [`Self::tilt_residuals`] after the modes from `retained` on are omitted.
+    fn tilt_residuals_without(&self, retained: usize) -> Vec<[f64; 2]> {
+        (self.tilt_columns().enumerate())
+            .map(|(flank, [mesh, tilt])| {
+                let known = self.tilt_residuals.get(flank).copied().unwrap_or_default();
+                let modes = mesh.iter().zip(tilt).zip(&self.frequency);
+                modes
+                    .skip(retained)
+                    .fold(known, |[a, b], ((w, turn), omega)| {
+                        let square = omega * omega;
+                        [a + w * turn / square, b + turn * turn / square]
+                    })
+            })
+            .collect()
     }
 
     /// Mesh cycles per revolution of the driver, `z |Ω_1 − Ω_carrier|/Ω`.
@@ -616,6 +649,7 @@ impl ModalStructure {
             friction: drive.friction,
             friction_lever: drive.lever,
             residual_flexibility: drive.residual_flexibility,
+            tilt_residuals: self.tilt_residuals_without(retained),
             mesh_mass: self.mesh_mass,
             coast: self.coast.as_ref().map(reduce),
             contacts: (self.contacts.iter())
@@ -708,6 +742,7 @@ mod tests {
             friction: column(5.0),
             friction_lever: column(6.0),
             residual_flexibility: 0.25,
+            tilt_residuals: Vec::new(),
             coast: None,
             contacts: Vec::new(),
             bearings: Vec::new(),

@@ -11,6 +11,8 @@
 //! side recedes (b > 0), while z_c falls as ε grows: `ε − ε₀ − θ` rises with ε, at least as fast
 //! as ε, and has one root.
 
+use crate::structure::ModalStructure;
+
 /// Relative tilt of the flanks under a static mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TiltCompliance {
@@ -34,6 +36,20 @@ impl TiltCompliance {
         Self {
             by_force,
             by_moment,
+        }
+    }
+
+    /// The compliance of a flank of a structure, by its number in [`ModalStructure::tilt_columns`]: its elastic modes,
+    /// and the modes that it omits.
+    pub fn of_flank(structure: &ModalStructure, flank: usize) -> Self {
+        let columns = structure.tilt_columns().nth(flank);
+        let [mesh, tilt] = columns.unwrap_or([&[]; 2]);
+        let of_modes = Self::of_modes(&structure.frequency, mesh, tilt);
+        let residual = structure.tilt_residuals.get(flank).copied();
+        let [by_force, by_moment] = residual.unwrap_or_default();
+        Self {
+            by_force: of_modes.by_force + by_force,
+            by_moment: of_modes.by_moment + by_moment,
         }
     }
 

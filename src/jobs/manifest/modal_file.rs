@@ -126,6 +126,7 @@ fn read(root: &Section) -> Option<ModalStructure> {
         friction: friction?.unwrap_or_else(|| zeros.clone()),
         friction_lever: friction_lever?.unwrap_or(zeros),
         residual_flexibility: 0.0,
+        tilt_residuals: Vec::new(),
         mesh_mass: None,
         coast: coast?,
         contacts: contacts?,

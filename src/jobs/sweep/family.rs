@@ -105,8 +105,11 @@ impl<'a> PointFamily<'a> {
         }
     }
 
+    /// The weighted sum of models at `offsets` from `at`, in steps. They must have the shape of `model`, the one at `at`:
+    /// where it changes, the models on either side may be alike, but no derivative exists.
     fn difference(
         &self,
+        model: &Model,
         at: MapParameters,
         axis: usize,
         step: f64,
@@ -119,10 +122,8 @@ impl<'a> PointFamily<'a> {
                 Ok((weight / (60.0 * step), self.model(there)?))
             })
             .collect::<Result<_, String>>()?;
-        let models: Vec<(f64, &Model)> = models
-            .iter()
-            .map(|(weight, model)| (*weight, model))
-            .collect();
+        let models = models.iter().map(|(weight, model)| (*weight, model));
+        let models: Vec<(f64, &Model)> = std::iter::once((0.0, model)).chain(models).collect();
         Ok(Model::combined(&models))
     }
 }
@@ -161,7 +162,8 @@ impl ParametricDrive for PointFamily<'_> {
         let mut fault = None;
         for offsets in [central, sided(1.0), sided(-1.0)] {
             for step in RELATIVE_STEPS {
-                match self.difference(at, axis, step * self.size(at, axis), &offsets) {
+                let step = step * self.size(at, axis);
+                match self.difference(&model, at, axis, step, &offsets) {
                     Ok(Ok(found)) => return Ok(found),
                     Ok(Err(change)) => {
                         fault.get_or_insert(change.to_string());

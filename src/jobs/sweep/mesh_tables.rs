@@ -143,12 +143,8 @@ impl MeshTables {
             misalignment: point.mesh.misalignment,
         };
         let tilt = || {
-            let coast = structure.coast.as_ref().filter(|_| on_coast);
-            let [mesh, tilt] = match coast {
-                None => [&structure.mesh, &structure.mesh_tilt],
-                Some(coast) => [&coast.mesh, &coast.tilt],
-            };
-            TiltCompliance::of_modes(&structure.frequency, mesh, tilt)
+            let on_coast = on_coast && structure.coast.is_some();
+            TiltCompliance::of_flank(structure, usize::from(on_coast))
         };
         self.under(loaded, spec, tilt, point.excitation.table_harmonics)
     }
@@ -171,10 +167,8 @@ impl MeshTables {
             friction: drawn.friction,
             misalignment: drawn.misalignment,
         };
-        let contact = &structure.contacts[contact + usize::from(on_coast)];
-        let tilt = || {
-            TiltCompliance::of_modes(&structure.frequency, &contact.participation, &contact.tilt)
-        };
+        let flank = 2 + contact + usize::from(on_coast);
+        let tilt = || TiltCompliance::of_flank(structure, flank);
         self.under(loaded, &drawn.table, tilt, None)
     }
 

@@ -482,7 +482,9 @@ pub(super) fn pieces(job: &Job, selection: &ChainSelection, enough: usize) -> us
             .variant_near(selection.id(place * job.chain_length()));
         let probes = first.analyses.multistability;
         probes.map_or(1, |config| {
-            let cells = config.slice.map_or(0, |slice| (slice.count as usize).pow(2));
+            let cells = config
+                .slice
+                .map_or(0, |slice| (slice.count as usize).pow(2));
             cells.max(config.initial_conditions as usize)
         })
     });

@@ -240,9 +240,14 @@ impl Nvh {
         let has_errors = self.repeats.is_none() && stretches.len() >= FEWEST_VALUES;
         let stderr = has_errors.then(|| {
             let error = |known: Option<(f64, f64)>| known.map_or(f64::INFINITY, |(_, e)| e);
+            let errors = sums::errors(stretches, &total, self.origin, self.losses.as_ref());
+            // Peaks are distances from the mean, so an error of the mean moves all of them.
+            let of_peaks = deflection_peak_errors.iter();
             NvhStatistics {
                 suborders: suborder_errors,
-                deflection_peak_quantiles: deflection_peak_errors,
+                deflection_peak_quantiles: of_peaks
+                    .map(|e| e.hypot(errors.deflection_mean))
+                    .collect(),
                 force_peak_quantiles: force_peak_errors,
                 impact_velocity_quantiles: if values.impact_velocity_quantiles.is_empty() {
                     Vec::new()
@@ -251,7 +256,7 @@ impl Nvh {
                 },
                 flight_median: Some(error(medians[0])),
                 contact_median: Some(error(medians[1])),
-                ..sums::errors(stretches, &total, self.origin, self.losses.as_ref())
+                ..errors
             }
         });
         let deflection_peak = extremes.reach(mean);

@@ -205,8 +205,7 @@ impl<K: Kernel> Search<'_, K> {
         let orbit = shoot(model, kernel, norm, guess, period, workspace)
             .map_err(stopped)?
             .ok_or("Newton's method does not converge from this state")?;
-        let orbit =
-            shortest(model, kernel, norm, orbit, self.unit, workspace).map_err(stopped)?;
+        let orbit = shortest(model, kernel, norm, orbit, self.unit, workspace).map_err(stopped)?;
         let known = (self.found.iter()).any(|(points, _)| passes(norm, points, &orbit));
         if !known {
             let described = self.describe(&orbit, state).map_err(stopped)?;

@@ -22,8 +22,7 @@ mod tables;
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
 use crate::model::{
-    Line, MOST_CONTACTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState,
-    equal_parts,
+    Line, MOST_CONTACTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState, equal_parts,
 };
 use crate::numerics::linalg::add_scaled;
 use free_flow::FreeFlow;

@@ -1,7 +1,7 @@
 mod coupling;
 
 use super::*;
-use crate::gear::{GearError, GearPair, ToothForm};
+use crate::gear::{GearError, GearPair, TiltCompliance, ToothForm};
 use crate::shaft::beam::Section;
 use crate::shaft::{Bearing, Disc, Drag, Shaft};
 
@@ -423,4 +423,25 @@ fn bearings_bear_the_forces_of_flanks_and_friction() {
             }
         }
     }
+}
+
+/// The static tilt of the flanks is that of the whole structure, however many modes are computed or retained.
+#[test]
+fn omitted_modes_tilt_the_flanks_too() {
+    let drive = drive();
+    let compliance = |modes: usize, retained: usize, flank: usize| {
+        let structure = drive.modes(modes, retained, false).unwrap();
+        TiltCompliance::of_flank(&structure, flank)
+    };
+    for flank in [0, 1] {
+        let whole = compliance(80, 80, flank);
+        for (modes, retained) in [(80, 6), (30, 6), (12, 12)] {
+            let reduced = compliance(modes, retained, flank);
+            assert!((reduced.by_force / whole.by_force - 1.0).abs() < 1e-9);
+            assert!((reduced.by_moment / whole.by_moment - 1.0).abs() < 1e-9);
+        }
+    }
+    let few = drive.modes(12, 6, false).unwrap();
+    let kept = TiltCompliance::of_modes(&few.frequency, &few.mesh, &few.mesh_tilt);
+    assert!(kept.by_moment < 0.9 * compliance(80, 80, 0).by_moment);
 }

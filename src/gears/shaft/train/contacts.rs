@@ -11,7 +11,8 @@ use super::axes::{Axis, PitchPoint};
 use super::nodes::Assembled;
 use super::speeds::{Layout, sense};
 use super::{GearPlace, TrainDrive};
-use crate::shaft::assembly::Freedom;
+use crate::shaft::assembly::{AssembledMatrices, Freedom};
+use crate::structure::ModalStructure;
 use nalgebra::Vector3;
 
 /// A sum of freedoms: node, freedom, coefficient.
@@ -111,6 +112,33 @@ impl TrainDrive {
         })
     }
 
+    /// Loads whose work is the tilt of the flanks of every mesh, in the order of the first flanks and the contacts of
+    /// the structure. `first` are the flanks of the first mesh.
+    pub(super) fn tilt_loads(
+        &self,
+        first: &[FlankTerms; 2],
+        layout: &Layout,
+        assembled: &Assembled,
+        matrices: &AssembledMatrices,
+    ) -> Vec<Vec<f64>> {
+        let mut loads: Vec<Vec<f64>> = first
+            .iter()
+            .map(|flank| matrices.functional(&flank.tilt))
+            .collect();
+        for (mesh, pitch_point) in self.meshes.iter().zip(&layout.meshes[1..]) {
+            let place = (pitch_point, mesh.pressure_angle);
+            let [drive, coast] = self.flanks(mesh.gears, place, layout, assembled);
+            loads.push(matrices.functional(&drive.tilt));
+            // The deflection of a contact of coast flanks has the opposite sign.
+            let opposite = matrices
+                .functional(&coast.tilt)
+                .into_iter()
+                .map(|part| -part);
+            loads.push(opposite.collect());
+        }
+        loads
+    }
+
     /// Twist of a coupling, first shaft relative to the second, in the direction of rotation.
     pub(super) fn twist(&self, coupling: usize, layout: &Layout, assembled: &Assembled) -> Terms {
         let coupling = &self.couplings[coupling];
@@ -132,4 +160,14 @@ impl TrainDrive {
             .map(|(freedom, part)| (node, freedom, *part))
             .collect()
     }
+}
+
+/// Static tilt of every flank beyond the computed modes, as [`ModalStructure::tilt_residuals`]. The columns of
+/// `structure` have the deflections under the tilt loads from `first` on.
+pub(super) fn tilt_residuals(structure: &ModalStructure, first: usize) -> Vec<[f64; 2]> {
+    (structure.tilt_columns().enumerate())
+        .map(|(flank, columns)| {
+            columns.map(|column| column.get(first + flank).copied().unwrap_or(0.0))
+        })
+        .collect()
 }

@@ -66,13 +66,16 @@ impl BearingTerms {
         all
     }
 
-    /// The modes of a solution, followed by the deflections beyond them under the springs of each bearing as loads.
+    /// The modes of a solution, followed by the deflections beyond them under the springs of each bearing as loads, and
+    /// under `further` loads.
     pub fn with_shapes(
         all: &[Self],
+        further: Vec<Vec<f64>>,
         matrices: &AssembledMatrices,
         solution: &Modes,
     ) -> Result<Modes, ShaftError> {
-        let loads: Vec<Vec<f64>> = all.iter().map(|support| support.springs.clone()).collect();
+        let springs = all.iter().map(|support| support.springs.clone());
+        let loads: Vec<Vec<f64>> = springs.chain(further).collect();
         solution.with_static_shapes(&matrices.mass, &matrices.stiffness, &loads)
     }
 

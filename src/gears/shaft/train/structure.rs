@@ -1,6 +1,6 @@
 //! From a train to its modes and the participations of contacts, torques and bearings in them.
 
-use super::contacts::{FlankTerms, Terms};
+use super::contacts::{FlankTerms, Terms, tilt_residuals};
 use super::nodes::Assembled;
 use super::outputs::{BearingTerms, place_motions};
 use super::solved::Solved;
@@ -68,7 +68,12 @@ impl TrainDrive {
         let supports = supports
             .map(|(number, support)| (support, self.base_place(number, &layout, &assembled)));
         let bearings = BearingTerms::of_supports(&matrices, supports);
-        let with_shapes = BearingTerms::with_shapes(&bearings, &matrices, &solution)?;
+        let angle = self.pair.operating_pressure_angle()?;
+        let mut first = layout.meshes[0];
+        first.point += first.pitch_line * self.pair.form.face_middle;
+        let flanks = self.flanks(self.gears, (&first, angle), &layout, &assembled);
+        let tilts = self.tilt_loads(&flanks, &layout, &assembled, &matrices);
+        let with_shapes = BearingTerms::with_shapes(&bearings, tilts, &matrices, &solution)?;
         damping.resize(with_shapes.squared_frequency.len(), 0.0);
         let mut solved = Solved {
             matrices: &matrices,
@@ -76,10 +81,6 @@ impl TrainDrive {
             signs: vec![1.0; modes - 1],
             neutral,
         };
-        let angle = self.pair.operating_pressure_angle()?;
-        let mut first = layout.meshes[0];
-        first.point += first.pitch_line * self.pair.form.face_middle;
-        let flanks = self.flanks(self.gears, (&first, angle), &layout, &assembled);
         let drive = solved.participation(&flanks[0].mesh);
         let turning = drive[1..rigid]
             .iter()
@@ -95,6 +96,7 @@ impl TrainDrive {
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
         let to_structure_modes = |column: &mut [f64]| solved.to_structure_modes(column);
         let mut structure = with_shapes.truncated(modes, false)?;
+        structure.tilt_residuals = tilt_residuals(&with_shapes, modes + bearings.len());
         (structure.coupling, structure.frame.stiffness) =
             projection::coupling(&matrices, &solution, to_structure_modes);
         release_neutral(&mut structure);
@@ -285,6 +287,7 @@ impl TrainDrive {
             friction: drive.friction,
             friction_lever: drive.lever,
             residual_flexibility: 0.0,
+            tilt_residuals: Vec::new(),
             mesh_mass,
             coast: Some(coast),
             contacts: self.contacts(solved, layout, assembled),
