@@ -39,9 +39,8 @@ pub enum ModelError {
     /// A contact should copy the law of a flank of the first mesh. This law has several springs, or errors of
     /// single gears, which only the first mesh can have.
     #[error(
-        "`{contact}` cannot have the law of the first mesh: errors of loaded flanks, pairs as springs, a load off \
-         mid-face and errors of single gears are only possible in the first mesh; give the stiffness of the mesh \
-         (mesh.stiffness = \"piecewise\"), without excitation.gear_error"
+        "`{contact}` cannot have the law of the first mesh: pairs of teeth as springs and errors of single gears are \
+         only possible in the first mesh; give the stiffness of the mesh (mesh.stiffness = \"piecewise\"), without excitation.gear_error"
     )]
     NoCopy {
         /// Its name.

@@ -14,7 +14,8 @@ use crate::structure::{
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
-/// A contact with its complete law. If it copies a flank of the first mesh, this is the law of that flank.
+/// A contact with its complete law. If it copies a flank of the first mesh, this is the law of that flank with equal
+/// teeth and without a film: a tooth fault and the oil of the first mesh are not copied.
 ///
 /// # Errors
 /// [`ModelError::NoCopy`] if that flank has a property that no other contact can have.
