@@ -44,7 +44,8 @@ const MOST_TRIED: usize = 16;
 /// Largest number of updates of the load by friction within a step. If it is exceeded, the step is too large.
 const MOST_RENEWALS: usize = 20;
 
-/// Fraction of the friction that the first step adds, and the smallest fraction of a step.
+/// Largest fraction of the friction that a step adds, which is that of the first step, and the smallest fraction. A step
+/// that fails is halved, and the step after one that succeeds is doubled.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
 /// `Σ |a b|`.
@@ -449,7 +450,7 @@ pub(super) fn static_state(
     while part < 1.0 {
         let next: f64 = f64::min(part + step, 1.0);
         match smooth.with_friction(&smooth.towards(whole, next), &rest) {
-            Ok(found) => (rest, part) = (found, next),
+            Ok(found) => (rest, part, step) = (found, next, f64::min(2.0 * step, PARTS[0])),
             Err(faults) if step < least => {
                 let count = whole.closable().len();
                 return whole.any_at(&rest.place).ok_or_else(|| NoStaticState {
