@@ -23,6 +23,7 @@
 //! count.
 
 use super::ActiveSet;
+use super::error::NoStaticState;
 use crate::numerics::linalg;
 use crate::numerics::linalg::{add_scaled, dot};
 use faer::Mat;
@@ -63,14 +64,7 @@ fn largest(values: &[f64]) -> f64 {
 pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for row in rows {
-        let mut rest = row.to_vec();
-        // Two passes make the basis orthogonal to round-off.
-        for _ in 0..2 {
-            for known in &basis {
-                let part = dot(&rest, known);
-                add_scaled(&mut rest, -part, known);
-            }
-        }
+        let rest = linalg::orthogonal_part(row, &basis);
         let size = dot(&rest, &rest).sqrt();
         if size > SAME_MOTION * dot(row, row).sqrt() {
             basis.push(rest.iter().map(|a| a / size).collect());
@@ -117,19 +111,6 @@ pub(super) struct StaticState {
     pub closed: ActiveSet,
     /// Part of the rigid load that the closed contacts do not carry \[N/√kg\].
     pub drift: Vec<f64>,
-}
-
-/// The search found no static equilibrium.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct NoStaticState {
-    /// Contacts that pull or overlap.
-    pub contacts: Vec<usize>,
-    /// Largest pull or overlap \[m\].
-    pub excess: f64,
-    /// Fraction of the friction, from 0 to 1, at which the search failed.
-    pub friction: f64,
-    /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
-    pub untried: Option<[usize; 2]>,
 }
 
 /// Contacts under a rigid load.
