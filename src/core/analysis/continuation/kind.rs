@@ -54,7 +54,13 @@ impl Kind {
     /// The bifurcation of codimension two between two points of a curve, if any.
     pub fn codimension_two(&self, a: &Orbit, b: &Orbit) -> Option<&'static str> {
         let radius = 1.0 + 1e-6;
-        let outside = |orbit: &Orbit| orbit.multipliers.iter().filter(|m| m.norm() > radius).count();
+        let outside = |orbit: &Orbit| {
+            orbit
+                .multipliers
+                .iter()
+                .filter(|m| m.norm() > radius)
+                .count()
+        };
         // Two real multipliers outside the circle that become a pair are no bifurcation.
         let pair_crosses = pairs_outside(a, radius) != pairs_outside(b, radius)
             && outside(a).abs_diff(outside(b)) >= 2;

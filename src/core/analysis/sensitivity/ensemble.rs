@@ -60,7 +60,8 @@ impl Slope {
                 "doubling the step changes the slope: the average is not linear in the parameter",
             );
         }
-        (self.by_parameter.abs() < 2.0 * self.error).then_some("the slope is within two standard errors of zero")
+        (self.by_parameter.abs() < 2.0 * self.error)
+            .then_some("the slope is within two standard errors of zero")
     }
 }
 
