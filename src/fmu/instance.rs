@@ -10,6 +10,9 @@ use std::path::Path;
 /// Largest difference between the times of importer and instance, relative to the larger of step and time.
 const SAME_TIME: f64 = 1e-9;
 
+/// Largest part of a step by which these times may differ.
+const PART_OF_STEP: f64 = 1e-2;
+
 /// Why a call is refused.
 #[derive(Debug)]
 pub enum Refusal {
@@ -245,7 +248,8 @@ impl Instance {
         }
         let last_end = self.live.time;
         // This form of the condition also refuses a NaN.
-        let same = (time - last_end).abs() <= SAME_TIME * length.max(time.abs());
+        let tolerance = (SAME_TIME * length.max(time.abs())).min(PART_OF_STEP * length);
+        let same = (time - last_end).abs() <= tolerance;
         if !same {
             return Err(Refusal::error(format!(
                 "a step starts at time {time}, but the last one ended at {last_end}"

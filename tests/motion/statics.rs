@@ -7,7 +7,7 @@ use crate::common;
 use common::constant_mesh;
 use gearatlas::analysis::Frequencies;
 use gearatlas::manifest;
-use gearatlas::model::{Drive, InitialState, Model, ModelError, OperatingPoint};
+use gearatlas::model::{Drive, InitialState, Model, ModelError, NoStaticState, OperatingPoint};
 use gearatlas::structure::{ContactLaw, ModalStructure, StructureContact};
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -292,7 +292,7 @@ fn friction_is_in_balance_or_refused() {
                     assert!(same || rubbing > 1.0, "{paths} {number}: {exact:?}");
                     found += 1;
                 }
-                Err(ModelError::NoEquilibrium { friction, .. }) => {
+                Err(ModelError::NoEquilibrium(NoStaticState { friction, .. })) => {
                     assert!(exact.is_empty(), "{paths} {rubbing} {number}: {exact:?}");
                     assert!(friction > 0.0 && friction <= 1.0, "{friction}");
                     refused += 1;

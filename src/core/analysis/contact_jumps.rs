@@ -175,9 +175,7 @@ impl<'m> ContactJumps<'m> {
         });
         let next_state = solve(rest.as_ref(), &map.weighted_drift);
         let mut end = start.clone();
-        for (row, &i) in self.norm.weighted_components().iter().enumerate() {
-            end.state[i] += next_state[row] / self.norm.weights()[i];
-        }
+        self.norm.displace(&mut end.state, 1.0, &next_state);
         let lasting = LastingContact::new(self.model, &self.norm, &map.weighted, (end, period));
         let away: Vec<f64> = next_state.iter().map(|x| -x).collect();
         lasting.is_some_and(|mut lasting| lasting.is_certain(kernel, &away, workspace))

@@ -148,14 +148,8 @@ impl<'a> LastingContact<'a> {
         workspace: &mut K::Workspace,
     ) -> Option<ObservedMargins> {
         let mut state = self.orbit.clone();
-        for (&i, v) in self
-            .norm
-            .weighted_components()
-            .iter()
-            .zip(along.into_iter().flatten())
-        {
-            state.state[i] += DISTURBANCE * self.norm.unit() * v / self.norm.weights()[i];
-        }
+        let size = DISTURBANCE * self.norm.unit();
+        (self.norm).displace(&mut state.state, size, along.unwrap_or(&[]));
         let mut margins = MarginObserver::new(self.model, &mut self.motion, along.is_none());
         let mut counters = Counters::default();
         let period = u64::from(self.period);

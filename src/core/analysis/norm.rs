@@ -170,6 +170,13 @@ impl EnergyNorm {
         self.weighted.iter().map(scaled).collect()
     }
 
+    /// Displaces a state by `factor` times a vector of weighted components, as in [`Self::difference`].
+    pub fn displace(&self, state: &mut [f64], factor: f64, along: &[f64]) {
+        for (&i, component) in self.weighted.iter().zip(along) {
+            state[i] += factor * component / self.weights[i];
+        }
+    }
+
     /// Removes the neutral pair, and displacements without effect, from a vector.
     pub fn project(&self, x: &mut [f64]) {
         for (index, along) in &self.unrestrained {

@@ -265,9 +265,15 @@ impl Poincare {
         self.keep(PoincareSample { phase, ..sample });
     }
 
+    /// Samples every position in a window at which δ' changes its sign.
     fn keep_extrema(&mut self, window: &Window<'_>) {
+        let series = padded(window.deflection);
+        let size: f64 = series.iter().map(|a| a.abs()).sum();
+        let noise = SLOPE_NOISE * (size + self.half_gap);
+        // The last sign of δ', from one window to the next.
         let mut rising = self.rising;
-        extrema(window, self.half_gap, &mut rising, |x, minimum| {
+        let slope = derivative(&series);
+        sign_changes(transforms24(), &slope, noise, &mut rising, |x, minimum| {
             let kind = if minimum { SampleKind::Minimum } else { SampleKind::Maximum };
             self.keep(self.at(window, x, kind));
         });
@@ -289,20 +295,6 @@ impl KeptWindow {
     fn place(&self, time: f64) -> f64 {
         (2.0 * (time - self.start) / self.duration - 1.0).clamp(-1.0, 1.0)
     }
-}
-
-/// Passes every position in a window at which δ' changes its sign to `visit`, with whether δ has a minimum
-/// there. `rising` stores the last sign of δ' from one window to the next.
-fn extrema(
-    window: &Window<'_>,
-    half_gap: f64,
-    rising: &mut Option<bool>,
-    visit: impl FnMut(f64, bool),
-) {
-    let series = padded(window.deflection);
-    let size: f64 = series.iter().map(|a| a.abs()).sum();
-    let noise = SLOPE_NOISE * (size + half_gap);
-    sign_changes(transforms24(), &derivative(&series), noise, rising, visit);
 }
 
 impl Observer for Poincare {

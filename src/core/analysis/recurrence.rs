@@ -94,7 +94,7 @@ impl Recurrence {
     }
 
     /// Number of states.
-    fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         self.states.len() / self.length
     }
 

@@ -38,6 +38,8 @@ pub struct Assembled {
 
 /// The drive flanks or the coast flanks of the first mesh.
 struct Side {
+    /// The divisions of its springs, by mesh cycle and spring. Without faulty teeth there is one cycle.
+    springs: Vec<Vec<Vec<Division>>>,
     flank: FlankParticipation,
     error: Vec<TransmissionErrorHarmonic>,
     /// Static force on every bearing per unit force of the flank.
@@ -73,73 +75,64 @@ impl Assembly<'_> {
     /// The springs of both flanks, alternating, then the layers of the film.
     fn flanks(&self, directions: &mut Directions) -> Result<Vec<Contact>, ModelError> {
         let (structure, drive) = (self.structure, self.drive);
+        let [drive_teeth, coast_teeth] = &drive.tooth_cycles;
         let of_drive_flank = structure.drive_flank();
-        let on_drive = flank_springs::of_flank(&drive.mesh, &drive.further, &of_drive_flank)?;
         let drive_side = Side {
+            springs: springs((&drive.mesh, &drive.further), drive_teeth, &of_drive_flank)?,
             flank: self.turned(&of_drive_flank),
             error: self.errors(&drive.transmission_error),
             on_bearings: bearing::on_each(structure, |share| share.drive),
         };
-        let coast = match &drive.coast {
+        let coast_side = match &drive.coast {
             None => None,
             Some(coast) => {
                 let of_coast_flank = structure.coast.as_ref().unwrap_or(&of_drive_flank);
-                let springs = flank_springs::of_flank(&coast.mesh, &coast.further, of_coast_flank)?;
-                let side = Side {
+                Some(Side {
+                    springs: springs((&coast.mesh, &coast.further), coast_teeth, of_coast_flank)?,
                     flank: self.turned(of_coast_flank),
                     error: self.errors(&coast.transmission_error),
                     on_bearings: bearing::on_each(structure, |share| match structure.coast {
                         Some(_) => share.coast,
                         None => share.drive,
                     }),
-                };
-                Some((side, springs))
+                })
             }
         };
+        // The cycles of a spring or layer on each flank, with the side of the flank.
+        let mut on_flanks = |divisions: &dyn Fn(&[Vec<Division>]) -> Vec<Division>,
+                             damping: f64| {
+            let on_drive = self.cycles(&drive_side, divisions, damping, directions);
+            let on_coast = match &coast_side {
+                None => on_drive.clone(),
+                Some(side) => self.cycles(side, divisions, damping, directions),
+            };
+            [(1.0, on_drive), (-1.0, on_coast)]
+        };
         let mut contacts = Vec::new();
-        for (number, mesh) in on_drive.iter().enumerate() {
+        for number in 0..=drive.further.len() {
             // The first spring of a flank has the damper of the flank.
             let damping = if number == 0 { drive.damping } else { 0.0 };
-            let [drive_teeth, coast_teeth] = &drive.tooth_cycles;
-            let on_drive = self.cycles(
-                (&drive_side, mesh),
-                (drive_teeth, number),
-                damping,
-                directions,
-            )?;
-            let on_coast = match &coast {
-                None => on_drive.clone(),
-                Some((side, springs)) => {
-                    let own = (side, &springs[number][..]);
-                    self.cycles(own, (coast_teeth, number), damping, directions)?
-                }
-            };
-            contacts.extend(
-                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycles)| Contact {
-                    side,
-                    half_gap: drive.half_gap,
-                    cycles,
-                    release: release(drive.release, damping),
-                    band: f64::INFINITY,
-                }),
-            );
+            let spring = |springs: &[Vec<Division>]| springs[number].clone();
+            contacts.extend(on_flanks(&spring, damping).map(|(side, cycles)| Contact {
+                side,
+                half_gap: drive.half_gap,
+                cycles,
+                release: release(drive.release, damping),
+                band: f64::INFINITY,
+            }));
         }
+        // A layer has the error of the first spring, also at a faulty tooth: it ends where this spring closes.
+        let oil = |springs: &[Vec<Division>]| -> Vec<Division> {
+            let divisions = springs[0].iter();
+            divisions.map(Division::without_spring).collect()
+        };
         for layer in self.film_layers() {
-            let cycle = |side: &Side, mesh: &[Division], directions: &mut Directions| {
-                let oil: Vec<Division> = mesh.iter().map(Division::without_spring).collect();
-                self.cycle(side, &oil, layer.damping, directions)
-            };
-            let on_drive = cycle(&drive_side, &on_drive[0], directions);
-            let on_coast = match &coast {
-                None => on_drive.clone(),
-                Some((side, springs)) => cycle(side, &springs[0], directions),
-            };
             let [from, to] = layer.distance;
             contacts.extend(
-                [(1.0, on_drive), (-1.0, on_coast)].map(|(side, cycle)| Contact {
+                on_flanks(&oil, layer.damping).map(|(side, cycles)| Contact {
                     side,
                     half_gap: drive.half_gap - from,
-                    cycles: vec![cycle],
+                    cycles,
                     release: Release::Film,
                     band: from - to,
                 }),
@@ -154,45 +147,28 @@ impl Assembly<'_> {
         film.map_or_else(Vec::new, |film| film.layers(self.drive.half_gap))
     }
 
-    /// The mesh cycles of spring `number` of a flank, with a damping \[N s/m\]. Without faulty teeth there is
-    /// one cycle.
-    ///
-    /// # Errors
-    /// As [`flank_springs::of_flank`].
+    /// The mesh cycles of a contact on a flank, with a damping \[N s/m\]. `divisions` are those of the contact in
+    /// a mesh cycle with the given springs of the flank.
     fn cycles(
         &self,
-        (side, alike): (&Side, &[Division]),
-        (teeth, number): (&[Vec<Vec<Division>>], usize),
-        damping: f64,
-        directions: &mut Directions,
-    ) -> Result<Vec<MeshCycle>, ModelError> {
-        if teeth.is_empty() {
-            return Ok(vec![self.cycle(side, alike, damping, directions)]);
-        }
-        let of_teeth = teeth.iter().map(|springs| {
-            let springs = flank_springs::of_flank(&springs[0], &springs[1..], &side.flank)?;
-            Ok(self.cycle(side, &springs[number], damping, directions))
-        });
-        of_teeth.collect()
-    }
-
-    /// The mesh cycle of a spring from its divisions, with a damping \[N s/m\].
-    fn cycle(
-        &self,
         side: &Side,
-        mesh: &[Division],
+        divisions: &dyn Fn(&[Vec<Division>]) -> Vec<Division>,
         damping: f64,
         directions: &mut Directions,
-    ) -> MeshCycle {
-        let which = directions.of_flank(
-            &side.flank,
-            mesh,
-            self.drive.friction,
-            &side.error,
-            &side.on_bearings,
-            (self.basis, self.blocks),
-        );
-        MeshCycle::new(self.period, mesh, &which, damping)
+    ) -> Vec<MeshCycle> {
+        let cycle = |springs: &Vec<Vec<Division>>| {
+            let divisions = divisions(springs);
+            let which = directions.of_flank(
+                &side.flank,
+                &divisions,
+                self.drive.friction,
+                &side.error,
+                &side.on_bearings,
+                (self.basis, self.blocks),
+            );
+            MeshCycle::new(self.period, &divisions, &which, damping)
+        };
+        side.springs.iter().map(cycle).collect()
     }
 
     /// The transmission error of a flank over time.
@@ -255,6 +231,24 @@ impl Assembly<'_> {
             to,
         )
     }
+}
+
+/// The springs of a flank in series with its residual flexibility, as [`Side::springs`]. `alike` are the first and
+/// the further springs of equal teeth; `teeth` the springs in every cycle if single teeth differ.
+///
+/// # Errors
+/// As [`flank_springs::of_flank`].
+fn springs(
+    alike: (&[Division], &[Vec<Division>]),
+    teeth: &[Vec<Vec<Division>>],
+    flank: &FlankParticipation,
+) -> Result<Vec<Vec<Vec<Division>>>, ModelError> {
+    if teeth.is_empty() {
+        return Ok(vec![flank_springs::of_flank(alike.0, alike.1, flank)?]);
+    }
+    (teeth.iter())
+        .map(|springs| flank_springs::of_flank(&springs[0], &springs[1..], flank))
+        .collect()
 }
 
 /// Release rule of a contact with a damping \[N s/m\]. Without a damper the force vanishes where δ returns to

@@ -225,6 +225,19 @@ impl Basis {
         })
     }
 
+    /// Converts the sum `Σ gain·q + Σ rate_gain·q'` over the modes of the structure to a sum over the blocks' states.
+    /// `rate_gain` may be empty.
+    pub(super) fn output_of(&self, gain: &[f64], rate_gain: &[f64]) -> Vec<[f64; 2]> {
+        let [mut out, _] = self.output(&self.turn(gain));
+        if !rate_gain.is_empty() {
+            let [_, by_velocity] = self.output(&self.turn(rate_gain));
+            for (out, rate) in out.iter_mut().zip(by_velocity) {
+                *out = [out[0] + rate[0], out[1] + rate[1]];
+            }
+        }
+        out
+    }
+
     /// Gains of a contact for the blocks, from its rotated participations in deflection and force.
     pub(super) fn gains(&self, blocks: &[Block], w: &[f64], g: &[f64]) -> Vec<MeshGain> {
         if self.coupled.is_none() {

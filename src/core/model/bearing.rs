@@ -15,6 +15,8 @@ pub struct BearingOutput {
     pub gain: Vec<[f64; 2]>,
     /// Static force of the omitted modes under the mean load \[N\].
     pub constant: f64,
+    /// Part of `constant` per unit of the load, as a fraction of the rated load \[N\].
+    pub(super) by_load: f64,
     /// Amplitude of the static force of the omitted modes under each of [`super::Model::ripple`] \[N\].
     pub by_ripple: Vec<f64>,
 }
@@ -28,13 +30,6 @@ impl BearingOutput {
         point: OperatingPoint,
         basis: &Basis,
     ) -> Self {
-        let [mut gain, _] = basis.output(&basis.turn(&bearing.gain));
-        if !bearing.rate_gain.is_empty() {
-            let [_, by_velocity] = basis.output(&basis.turn(&bearing.rate_gain));
-            for (gain, rate_gain) in gain.iter_mut().zip(by_velocity) {
-                *gain = [gain[0] + rate_gain[0], gain[1] + rate_gain[1]];
-            }
-        }
         let share = &bearing.left_out;
         let [pinion, wheel] = share.shaft_torques;
         let by_torque = torques.iter().map(|ripple| {
@@ -44,10 +39,12 @@ impl BearingOutput {
                     DriveShaft::Wheel => wheel,
                 }
         });
+        let by_load = share.torque * structure.rated_force;
         Self {
             name: bearing.name.clone(),
-            gain,
-            constant: share.torque * structure.rated_force * point.load
+            gain: basis.output_of(&bearing.gain, &bearing.rate_gain),
+            by_load,
+            constant: by_load * point.load
                 + share.constant_load
                 + share.load_by_speed * point.speed
                 + share.frame_load * point.speed * point.speed,

@@ -3,6 +3,10 @@
 use crate::numerics::exponential::{self, RIGID_PHASE};
 use num_complex::{Complex64, c64};
 
+/// A block drifts if it turns by less than this angle \[rad\] in a mesh cycle. Its rest position is so far
+/// away that the difference from it would lose digits.
+pub const DRIFT: f64 = 0.1;
+
 /// A real 2 × 2 block `x' = A x − g F + s`, which contributes `w·x` to the deflection of a contact with the
 /// force F; w and g are its [`MeshGain`].
 ///

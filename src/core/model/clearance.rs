@@ -4,11 +4,13 @@
 //! Both are closed at once if the sum of the gaps is negative: flanks that are thicker than the backlash jam.
 //! Kernels assume that at most one of two facing contacts on a line touches.
 
+use super::SAME_PHASE;
 use super::contact::Contact;
 use super::direction::Direction;
 use super::error::ModelError;
 use super::mesh::MeshCycle;
 use super::release::Release;
+use crate::numerics::integers::least_multiple;
 
 /// Number of intervals between the samples of a segment, whose error has eight terms.
 const PLACES: usize = 32;
@@ -33,7 +35,7 @@ pub(super) fn has_room(contacts: &[Contact], directions: &[Direction]) -> Result
     for (i, one) in solid() {
         let facing = solid().filter(|(j, c)| *j > i && c.side != one.side);
         for (_, other) in facing.filter(|(j, _)| bounds[i] + bounds[*j] < 0.0) {
-            let count = one.cycles.len().max(other.cycles.len());
+            let count = least_multiple(one.cycles.len(), other.cycles.len());
             for cycle in 0..count {
                 let [a, b] = [one, other].map(|c| &c.cycles[cycle % c.cycles.len()]);
                 let room = one.half_gap + other.half_gap + smallest_sum(a, b, directions);
@@ -54,7 +56,9 @@ fn smallest_sum(a: &MeshCycle, b: &MeshCycle, directions: &[Direction]) -> f64 {
         for k in 0..=PLACES {
             let part = k as f64 / PLACES as f64;
             let phase = segment.start + part * (segment.end - segment.start);
-            let other = b.segment_at(phase * b.period);
+            // At the end of this segment, the segment of the other contact before a common breakpoint.
+            let inside = phase.min(segment.end - SAME_PHASE);
+            let other = b.segment_at(inside * b.period);
             if line(segment.direction) == line(other.direction) {
                 least = least.min(segment.error_at(phase)[0] + other.error_at(phase)[0]);
             }
@@ -66,7 +70,7 @@ fn smallest_sum(a: &MeshCycle, b: &MeshCycle, directions: &[Direction]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::{FlankError, Model, STIFFNESS_TERMS, fixtures};
+    use crate::model::{Division, FlankError, Model, STIFFNESS_TERMS, fixtures};
 
     /// Flanks that are too thick by less than the half gap, by more than it on a part of a division, and by
     /// more than it on a whole division.
@@ -87,5 +91,42 @@ mod tests {
         };
         assert!((lack(made(-9e-6, 2e-6)) - 2e-6).abs() < 1e-12);
         assert!((lack(made(-12e-6, 0.0)) - 4e-6).abs() < 1e-12);
+    }
+
+    /// One flank lacks 15 µm where the other is 15 µm too thick, and the opposite from phase 0.5 on.
+    #[test]
+    fn errors_of_two_segments_are_not_mixed() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);
+        let drive = fixtures::constant_mesh(1e-5, 4e8);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let cycle = |means: [f64; 2]| {
+            let mut divisions = Division::levels(&[4e8; 2], &[]);
+            for (division, mean) in divisions.iter_mut().zip(means) {
+                let mut series = [0.0; STIFFNESS_TERMS];
+                series[0] = mean;
+                division.error = FlankError::series(series);
+            }
+            MeshCycle::new(1e-3, &divisions, &[0, 0], 0.0)
+        };
+        let [a, b] = [[-15e-6, 15e-6], [15e-6, -15e-6]].map(cycle);
+        assert_eq!(smallest_sum(&a, &b, &model.directions), 0.0);
+        assert_eq!(smallest_sum(&a, &a, &model.directions), -30e-6);
+    }
+
+    /// One contact has two cycles, the facing one three: they meet in six combinations.
+    #[test]
+    fn all_combinations_of_cycles_are_checked() {
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);
+        let drive = fixtures::constant_mesh(1e-5, 4e8);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        let mut contacts = model.contacts.clone();
+        let [sound, mut thick] = [0, 0].map(|_| contacts[0].cycles[0].clone());
+        let mut series = [0.0; STIFFNESS_TERMS];
+        series[0] = -12e-6;
+        thick.segments[0].error = FlankError::series(series);
+        contacts[0].cycles = vec![sound.clone(), thick.clone()];
+        contacts[1].cycles = vec![thick, sound.clone(), sound];
+        let found = has_room(&contacts, &model.directions);
+        assert!(matches!(found, Err(ModelError::Jammed { .. })), "{found:?}");
     }
 }

@@ -45,19 +45,16 @@ impl Model {
     /// Visits every number that may depend on a parameter, always in the same order.
     fn each_number(&mut self, visit: &mut impl FnMut(&mut f64)) {
         for block in &mut self.blocks {
-            block
-                .generator
-                .as_flattened_mut()
-                .iter_mut()
-                .for_each(&mut *visit);
-            block.static_input.iter_mut().for_each(&mut *visit);
+            all(block.generator.as_flattened_mut(), visit);
+            all(&mut block.static_input, visit);
         }
         for share in self.directions.iter_mut().flat_map(|d| &mut d.on_bearings) {
             visit(share);
         }
         for gain in self.directions.iter_mut().flat_map(|d| &mut d.gains) {
-            let all = [&mut gain.deflection, &mut gain.rate, &mut gain.mesh_input];
-            all.into_iter().flatten().for_each(&mut *visit);
+            for pair in [&mut gain.deflection, &mut gain.rate, &mut gain.mesh_input] {
+                all(pair, visit);
+            }
         }
         for harmonic in self
             .lines
@@ -74,47 +71,32 @@ impl Model {
                 for segment in &mut cycle.segments {
                     visit(&mut segment.start);
                     visit(&mut segment.end);
-                    segment
-                        .stiffness
-                        .coefficients_mut()
-                        .iter_mut()
-                        .for_each(&mut *visit);
-                    segment
-                        .error
-                        .coefficients_mut()
-                        .iter_mut()
-                        .for_each(&mut *visit);
+                    all(segment.stiffness.coefficients_mut(), visit);
+                    all(segment.error.coefficients_mut(), visit);
                     visit(&mut segment.damping);
                 }
             }
         }
         for ripple in &mut self.ripple {
             visit(&mut ripple.phase);
-            ripple
-                .input
-                .as_flattened_mut()
-                .iter_mut()
-                .for_each(&mut *visit);
+            all(ripple.input.as_flattened_mut(), visit);
         }
         for bearing in &mut self.bearings {
-            bearing
-                .gain
-                .as_flattened_mut()
-                .iter_mut()
-                .for_each(&mut *visit);
+            all(bearing.gain.as_flattened_mut(), visit);
             visit(&mut bearing.constant);
-            bearing.by_ripple.iter_mut().for_each(&mut *visit);
+            all(&mut bearing.by_ripple, visit);
         }
         for output in &mut self.outputs {
-            output
-                .gain
-                .as_flattened_mut()
-                .iter_mut()
-                .for_each(&mut *visit);
+            all(output.gain.as_flattened_mut(), visit);
         }
         visit(&mut self.half_gap);
         visit(&mut self.effective_mass);
     }
+}
+
+/// Visits several numbers.
+fn all(numbers: &mut [f64], visit: &mut impl FnMut(&mut f64)) {
+    numbers.iter_mut().for_each(visit);
 }
 
 fn same_shape(a: &Model, b: &Model) -> Result<(), ShapeChange> {

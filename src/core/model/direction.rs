@@ -23,32 +23,33 @@ pub struct Direction {
 }
 
 impl Direction {
+    /// `w·g` and `w A·g` of every block, with the g of another direction.
+    fn effects(&self, other: &Self) -> [impl Iterator<Item = f64>; 2] {
+        [
+            |gain: &MeshGain| gain.deflection,
+            |gain: &MeshGain| gain.rate,
+        ]
+        .map(|row| {
+            let pairs = self.gains.iter().zip(&other.gains);
+            pairs.map(move |(own, other)| {
+                let ([r1, r2], [g1, g2]) = (row(own), other.mesh_input);
+                r1 * g1 + r2 * g2
+            })
+        })
+    }
+
     /// `Σ |w·g|` and `Σ |w A·g|` over the blocks: upper bounds of the effect of a unit force on the first and
     /// on the second derivative of the deflection \[1/kg\].
     pub fn effect_bounds(&self) -> [f64; 2] {
-        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-            (self.gains.iter())
-                .map(|gain| {
-                    let ([r1, r2], [g1, g2]) = (row(gain), gain.mesh_input);
-                    (r1 * g1 + r2 * g2).abs()
-                })
-                .sum()
-        };
-        [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
+        self.effects(self)
+            .map(|effects| effects.map(f64::abs).sum())
     }
 
     /// `|Σ w·g|` and `|Σ w A·g|` with the g of another direction: the effect of a unit force along the other
     /// direction on the first and on the second derivative of the deflection along this one \[1/kg\].
     pub fn effect_of(&self, other: &Self) -> [f64; 2] {
-        let sum = |row: fn(&MeshGain) -> [f64; 2]| -> f64 {
-            let pairs = self.gains.iter().zip(&other.gains);
-            let effects = pairs.map(|(own, other)| {
-                let ([r1, r2], [g1, g2]) = (row(own), other.mesh_input);
-                r1 * g1 + r2 * g2
-            });
-            effects.sum::<f64>().abs()
-        };
-        [sum(|gain| gain.deflection), sum(|gain| gain.rate)]
+        self.effects(other)
+            .map(|effects| effects.sum::<f64>().abs())
     }
 }
 

@@ -1,10 +1,8 @@
 //! What is the static equilibrium under the mean load? Which contacts carry it, and how is the structure
 //! deflected?
 
-use super::error::ModelError;
-use super::rest::{
-    self, Contacts, NoStaticState, ROUND_OFF, StaticContact, StaticState, dot_of_moduli,
-};
+use super::error::{ModelError, NoStaticState};
+use super::rest::{self, Contacts, ROUND_OFF, StaticContact, StaticState, dot_of_moduli};
 use super::{ActiveSet, Block, COAST_FLANK, DRIVE_FLANK, Model};
 use crate::numerics::linalg::{self, add_scaled, dot};
 use faer::Mat;
@@ -328,23 +326,6 @@ impl Model {
             Some(_) => {}
         }
         out
-    }
-}
-
-impl From<NoStaticState> for ModelError {
-    fn from(no_state: NoStaticState) -> Self {
-        let NoStaticState {
-            contacts,
-            excess,
-            friction,
-            untried,
-        } = no_state;
-        Self::NoEquilibrium {
-            contacts,
-            excess,
-            friction,
-            untried,
-        }
     }
 }
 

@@ -39,9 +39,8 @@ pub enum ModelError {
     /// A contact should copy the law of a flank of the first mesh. This law has several springs, or errors of
     /// single gears, which only the first mesh can have.
     #[error(
-        "`{contact}` cannot have the law of the first mesh: errors of loaded flanks, pairs as springs, a load off \
-         mid-face and errors of single gears are only possible in the first mesh; give the stiffness of the mesh \
-         (mesh.stiffness = \"piecewise\"), without excitation.gear_error"
+        "`{contact}` cannot have the law of the first mesh: pairs of teeth as springs and errors of single gears are \
+         only possible in the first mesh; give the stiffness of the mesh (mesh.stiffness = \"piecewise\"), without excitation.gear_error"
     )]
     NoCopy {
         /// Its name.
@@ -74,26 +73,8 @@ pub enum ModelError {
         element: usize,
     },
     /// No static equilibrium under the mean load.
-    #[error(
-        "no static equilibrium: with {:.3} % of the friction and of the unsymmetric springs, contacts {} \
-         (counted from 1, drive and coast flank first) pull or overlap by up to {excess:.1e} m; friction \
-         locks them or the structure is unstable: lower the friction of the mesh and of the contacts, or \
-         the cross-coupled stiffness{}",
-        100.0 * friction,
-        numbered(contacts),
-        of_untried(*untried)
-    )]
-    NoEquilibrium {
-        /// The contacts that pull or overlap, from 0.
-        contacts: Vec<usize>,
-        /// Largest pull or overlap \[m\].
-        excess: f64,
-        /// Fraction of the friction and of the unsymmetric springs at which there is no equilibrium. The search raises
-        /// this fraction from 0 to 1.
-        friction: f64,
-        /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
-        untried: Option<[usize; 2]>,
-    },
+    #[error(transparent)]
+    NoEquilibrium(#[from] NoStaticState),
     /// A quantity outside its physical range.
     #[error("{name} is {value}, but must be {accepted}")]
     OutOfRange {
@@ -104,6 +85,29 @@ pub enum ModelError {
         /// Accepted values.
         accepted: &'static str,
     },
+}
+
+/// The search found no static equilibrium.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "no static equilibrium: with {:.3} % of the friction and of the unsymmetric springs, contacts {} \
+     (counted from 1, drive and coast flank first) pull or overlap by up to {excess:.1e} m; friction \
+     locks them or the structure is unstable: lower the friction of the mesh and of the contacts, or \
+     the cross-coupled stiffness{}",
+    100.0 * friction,
+    numbered(contacts),
+    of_untried(*untried)
+)]
+pub struct NoStaticState {
+    /// The contacts that pull or overlap, from 0.
+    pub contacts: Vec<usize>,
+    /// Largest pull or overlap \[m\].
+    pub excess: f64,
+    /// Fraction of the friction and of the unsymmetric springs at which there is no equilibrium. The search raises
+    /// this fraction from 0 to 1.
+    pub friction: f64,
+    /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
+    pub untried: Option<[usize; 2]>,
 }
 
 /// The note that not all combinations of closed contacts were tried; empty if they were.

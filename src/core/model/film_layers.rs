@@ -64,7 +64,7 @@ impl Model {
 mod tests {
     #![allow(clippy::unwrap_used)]
     use super::*;
-    use crate::model::{Drive, Film, fixtures};
+    use crate::model::{Division, Drive, Film, FlankError, fixtures};
 
     fn film(layers: usize) -> Film {
         Film {
@@ -96,5 +96,32 @@ mod tests {
         assert_eq!(before, [Some(6), Some(7), None, None, Some(2), Some(5)]);
         // The flanks carry the load, not the oil.
         assert!(model.bearing_contacts().iter().all(|own| own < 2));
+    }
+
+    /// A tooth lacks 20 µm in the second of three cycles. The layers end where its flank closes.
+    #[test]
+    fn layers_follow_a_faulty_tooth() {
+        let mut drive = Drive {
+            film: Some(film(3)),
+            ..fixtures::two_level_mesh(1e-5)
+        };
+        let faulty = drive.mesh.iter().map(|division| Division {
+            error: FlankError::series([20e-6, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+            ..*division
+        });
+        let faulty = faulty.collect();
+        let cycles = [drive.mesh.clone(), faulty, drive.mesh.clone()];
+        drive.tooth_cycles[0] = cycles.map(|first| vec![first]).to_vec();
+        let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);
+        let model = Model::new(&structure, &drive, fixtures::strong_rattle()).unwrap();
+        for cycle in 0..3 {
+            let segments = model.segments_at(cycle, 0.0);
+            for flank in 0..2 {
+                let gap = |contact: usize| model.contacts[contact].gap(&segments[contact], 0.0)[0];
+                let last = model.layer_before(flank).unwrap();
+                let end = gap(last) + model.contacts[last].band;
+                assert!((end - gap(flank)).abs() < 1e-18, "{cycle} {flank}");
+            }
+        }
     }
 }

@@ -132,6 +132,10 @@ impl MeshCycle {
     }
 }
 
+/// Largest number of equal parts of the cycle that kernels try to find parts whose boundaries include those of
+/// all segments.
+pub const MOST_PARTS: usize = 10_000;
+
 /// The smallest number of equal parts of a cycle such that all `ends` (phases in cycles) are boundaries of
 /// parts. `None` if the number exceeds `most`.
 pub fn equal_parts(ends: &[f64], most: usize) -> Option<usize> {

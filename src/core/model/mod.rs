@@ -57,7 +57,7 @@ mod unrestrained;
 pub use crate::structure::MeshHarmonic;
 pub use basis::{Basis, Coupled};
 pub use bearing::BearingOutput;
-pub use block::{Block, MeshGain};
+pub use block::{Block, DRIFT, MeshGain};
 pub use breakpoints::OUT_OF_REACH;
 pub use contact::{
     ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, FlankState, MOST_CONTACTS, SEVERAL_CONTACTS,
@@ -68,14 +68,14 @@ pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, ImposedMotion, OperatingPoint, SAME_PHASE,
     StiffnessHarmonic, ToothCycles, TorqueRipple,
 };
-pub use error::ModelError;
+pub use error::{ModelError, NoStaticState};
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use film::{Film, FilmLayer};
 pub use flank_error::FlankError;
 pub use friction::DryFriction;
 pub use initial::{InitialState, TrajectoryState};
 pub use load_terms::{LOAD_TERMS, LoadTerm, LoadTerms};
-pub use mesh::{MeshCycle, Segment, equal_parts};
+pub use mesh::{MOST_PARTS, MeshCycle, Segment, equal_parts};
 pub use output::{NamedMesh, Output, Quantity};
 pub use release::Release;
 pub use rolling::Rolling;

@@ -115,17 +115,10 @@ impl Output {
     }
 
     fn torque(torque: &TorqueGain, basis: &Basis) -> Self {
-        let [mut gain, _] = basis.output(&basis.turn(&torque.gain));
-        if !torque.rate_gain.is_empty() {
-            let [_, by_velocity] = basis.output(&basis.turn(&torque.rate_gain));
-            for (gain, rate_gain) in gain.iter_mut().zip(by_velocity) {
-                *gain = [gain[0] + rate_gain[0], gain[1] + rate_gain[1]];
-            }
-        }
         Self {
             name: torque.name.clone(),
             quantity: Quantity::Torque,
-            gain,
+            gain: basis.output_of(&torque.gain, &torque.rate_gain),
         }
     }
 

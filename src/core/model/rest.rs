@@ -23,6 +23,7 @@
 //! count.
 
 use super::ActiveSet;
+use super::error::NoStaticState;
 use crate::numerics::linalg;
 use crate::numerics::linalg::{add_scaled, dot};
 use faer::Mat;
@@ -44,7 +45,8 @@ const MOST_TRIED: usize = 16;
 /// Largest number of updates of the load by friction within a step. If it is exceeded, the step is too large.
 const MOST_RENEWALS: usize = 20;
 
-/// Fraction of the friction that the first step adds, and the smallest fraction of a step.
+/// Largest fraction of the friction that a step adds, which is that of the first step, and the smallest fraction. A step
+/// that fails is halved, and the step after one that succeeds is doubled.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
 /// `Σ |a b|`.
@@ -62,14 +64,7 @@ fn largest(values: &[f64]) -> f64 {
 pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     let mut basis: Vec<Vec<f64>> = Vec::new();
     for row in rows {
-        let mut rest = row.to_vec();
-        // Two passes make the basis orthogonal to round-off.
-        for _ in 0..2 {
-            for known in &basis {
-                let part = dot(&rest, known);
-                add_scaled(&mut rest, -part, known);
-            }
-        }
+        let rest = linalg::orthogonal_part(row, &basis);
         let size = dot(&rest, &rest).sqrt();
         if size > SAME_MOTION * dot(row, row).sqrt() {
             basis.push(rest.iter().map(|a| a / size).collect());
@@ -116,19 +111,6 @@ pub(super) struct StaticState {
     pub closed: ActiveSet,
     /// Part of the rigid load that the closed contacts do not carry \[N/√kg\].
     pub drift: Vec<f64>,
-}
-
-/// The search found no static equilibrium.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct NoStaticState {
-    /// Contacts that pull or overlap.
-    pub contacts: Vec<usize>,
-    /// Largest pull or overlap \[m\].
-    pub excess: f64,
-    /// Fraction of the friction, from 0 to 1, at which the search failed.
-    pub friction: f64,
-    /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
-    pub untried: Option<[usize; 2]>,
 }
 
 /// Contacts under a rigid load.
@@ -449,7 +431,7 @@ pub(super) fn static_state(
     while part < 1.0 {
         let next: f64 = f64::min(part + step, 1.0);
         match smooth.with_friction(&smooth.towards(whole, next), &rest) {
-            Ok(found) => (rest, part) = (found, next),
+            Ok(found) => (rest, part, step) = (found, next, f64::min(2.0 * step, PARTS[0])),
             Err(faults) if step < least => {
                 let count = whole.closable().len();
                 return whole.any_at(&rest.place).ok_or_else(|| NoStaticState {

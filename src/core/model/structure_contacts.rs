@@ -14,7 +14,8 @@ use crate::structure::{
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
 
-/// A contact with its complete law. If it copies a flank of the first mesh, this is the law of that flank.
+/// A contact with its complete law. If it copies a flank of the first mesh, this is the law of that flank with equal
+/// teeth and without a film: a tooth fault and the oil of the first mesh are not copied.
 ///
 /// # Errors
 /// [`ModelError::NoCopy`] if that flank has a property that no other contact can have.
@@ -186,8 +187,10 @@ pub(super) fn contact(
     )?;
     check_in_range("contact gap", law.gap, true, "finite")?;
     let accepted = "a ratio of whole numbers from 1 to 10000";
-    let inside = (1..=MOST_RATIO_CYCLES).contains(&p) && (1..=MOST_RATIO_CYCLES).contains(&q);
-    check_in_range("cycles of a contact", f64::from(p), inside, accepted)?;
+    for count in [p, q] {
+        let inside = (1..=MOST_RATIO_CYCLES).contains(&count);
+        check_in_range("cycles of a contact", f64::from(count), inside, accepted)?;
+    }
     let ratio = f64::from(p) / f64::from(q);
     let error: Vec<_> = (law.error.iter())
         .map(|harmonic| {
@@ -359,15 +362,8 @@ mod tests {
         let drive = fixtures::two_level_mesh(1e-5);
         let mut build = |cycles: [u32; 2], law: ContactLaw| {
             structure.contacts = vec![StructureContact {
-                name: "stop".to_owned(),
-                participation: vec![0.2, 0.5],
-                force: vec![0.2, 0.5],
-                tilt: Vec::new(),
-                rubbing: Default::default(),
-                sliding: 0.0,
                 cycles,
-                law,
-                copies: None,
+                ..StructureContact::plain("stop".to_owned(), vec![0.2, 0.5], law)
             }];
             Model::new(&structure, &drive, fixtures::strong_rattle())
         };
@@ -381,15 +377,15 @@ mod tests {
             // A single level of stiffness is the same in every cycle.
             assert_eq!(model.contacts[2].cycles.len(), 1);
         }
-        for cycles in [
-            [0, 1],
-            [1, 0],
-            [MOST_RATIO_CYCLES + 1, 1],
-            [1, MOST_RATIO_CYCLES + 1],
-        ] {
-            let refused = build(cycles, law.clone()).unwrap_err();
-            let about = "cycles of a contact";
-            assert!(matches!(refused, ModelError::OutOfRange { name, .. } if name == about));
+        for wrong in [0, MOST_RATIO_CYCLES + 1] {
+            for cycles in [[wrong, 1], [1, wrong]] {
+                let expected = ModelError::OutOfRange {
+                    name: "cycles of a contact",
+                    value: f64::from(wrong),
+                    accepted: "a ratio of whole numbers from 1 to 10000",
+                };
+                assert_eq!(build(cycles, law.clone()).unwrap_err(), expected);
+            }
         }
         let soft = vec![(1.0, [0.0; 8])];
         let bad = [

@@ -355,8 +355,7 @@ impl Model {
         self.apply_constraints(active, (cycle, time), out);
     }
 
-    /// The same model under another load. Stiffness, friction and [`BearingOutput::constant`] stay those of
-    /// the old load.
+    /// The same model under another load. Stiffness and friction stay those of the old load.
     ///
     /// # Errors
     /// [`ModelError::NoEquilibrium`].
@@ -366,6 +365,9 @@ impl Model {
             for (input, rated) in block.static_input.iter_mut().zip(rated) {
                 *input += (load - self.load) * rated;
             }
+        }
+        for bearing in &mut model.bearings {
+            bearing.constant += (load - self.load) * bearing.by_load;
         }
         model.load = load;
         model.static_equilibrium()?;
@@ -418,10 +420,14 @@ fn check_ranges(drive: &Drive, point: OperatingPoint) -> Result<(), ModelError> 
         std::iter::once(&drive.mesh)
             .chain(&drive.further)
             .chain(coast)
+            .chain(drive.tooth_cycles.iter().flatten().flatten())
     };
+    // A minimum that keeps a NaN.
     let smallest = (cycles().flatten())
         .map(|division| division.stiffness.smallest())
-        .fold(f64::INFINITY, f64::min);
+        .fold(f64::INFINITY, |least, k| {
+            if k < least || k.is_nan() { k } else { least }
+        });
     check_in_range("mesh stiffness", smallest, smallest > 0.0, "above 0 N/m")?;
     for cycle in cycles() {
         laws::ends_are_in_order(cycle)?;

@@ -5,6 +5,7 @@
 //! Geyer's initial monotone sequence (Geyer 1992; Vehtari et al. 2021). All chains are cut to the length of
 //! the shortest one. Each is split into its first and last half.
 
+use super::plain;
 use super::statistics::{is_constant, mean};
 
 /// Smallest number of values of a half.
@@ -124,18 +125,8 @@ fn make_monotone(correlations: &mut [f64], last: usize) {
 /// `Σ d_i d_{i+lag} / n`, averaged over series d from which their means have been subtracted.
 fn autocovariance(centred: &[Vec<f64>], lag: usize) -> f64 {
     let sums = centred.iter().map(|series| {
-        // Independent partial sums use the vector instructions of the processor.
-        let mut lanes = [0.0; 8];
-        let (early, late) = (&series[..series.len() - lag], &series[lag..]);
-        let (early, late) = (early.chunks_exact(8), late.chunks_exact(8));
-        let rest = early.remainder().iter().zip(late.remainder());
-        let rest: f64 = rest.map(|(a, b)| a * b).sum();
-        for (a, b) in early.zip(late) {
-            for i in 0..8 {
-                lanes[i] += a[i] * b[i];
-            }
-        }
-        (lanes.iter().sum::<f64>() + rest) / series.len() as f64
+        let length = series.len();
+        plain::dot(&series[..length - lag], &series[lag..]) / length as f64
     });
     sums.sum::<f64>() / centred.len() as f64
 }

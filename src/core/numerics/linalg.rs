@@ -344,6 +344,17 @@ pub fn add_scaled(a: &mut [f64], factor: f64, b: &[f64]) {
     }
 }
 
+/// The part of a vector that is orthogonal to the orthonormal vectors `basis`, by two passes of Gram–Schmidt. The
+/// second pass removes the round-off of the first.
+pub fn orthogonal_part(vector: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
+    let mut left = vector.to_vec();
+    for unit in basis.iter().chain(basis) {
+        let along = dot(unit, &left);
+        add_scaled(&mut left, -along, unit);
+    }
+    left
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

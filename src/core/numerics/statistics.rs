@@ -13,6 +13,13 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
+/// Standard deviation of a sample.
+pub fn deviation(values: &[f64]) -> f64 {
+    let centre = mean(values);
+    let square: f64 = values.iter().map(|v| (v - centre).powi(2)).sum();
+    (square / (values.len() as f64 - 1.0).max(1.0)).sqrt()
+}
+
 /// Upper limit of the lag-one correlation in the correction of the coarsest blocks. With a larger correlation
 /// the series is too short to determine its correlation time.
 const MOST_CORRELATION: f64 = 0.95;

@@ -145,6 +145,23 @@ pub struct Guard<'a, const P: usize> {
     pub gap_error: Option<&'a [f64; P]>,
 }
 
+impl<const P: usize> Guard<'_, P> {
+    /// The search for the position where `sign` times a series becomes negative. `crossed` means that the series is
+    /// zero at its start.
+    pub fn of_sign(sign: f64, crossed: bool) -> Self {
+        Self {
+            margin: Margin {
+                contact: 0,
+                closed: true,
+                scale: sign,
+                shift: 0.0,
+            },
+            crossed,
+            gap_error: None,
+        }
+    }
+}
+
 /// The first event on `[−1, limit]` of a window, for contacts with the same deflection.
 ///
 /// * `series`: Legendre series of δ \[m\], with round-off `noise` \[m\].

@@ -63,18 +63,11 @@ impl DefaultDrive {
             shafts: (**shafts).clone(),
             levels: levels.to_vec(),
             drive: Drive {
-                half_gap: point.mesh.half_gap,
-                mesh: Vec::new(),
                 damping: *damping,
-                coast: None,
                 friction: *friction,
                 release: point.mesh.release,
                 transmission_error: point.excitation.transmission_error.clone(),
-                torque_ripple: Vec::new(),
-                further: Vec::new(),
-                imposed_motion: Vec::new(),
-                film: None,
-                tooth_cycles: Default::default(),
+                ..Drive::constant(point.mesh.half_gap, 0.0)
             },
         })
     }

@@ -94,6 +94,7 @@ pub fn work<S, R: Send>(
     );
     let epoch = Instant::now();
     let member = |index: usize| {
+        let _after_panic = ReleaseAfterPanic(&barrier, &on);
         let unbound = (topology.bind_current_thread(&[threads[index].index]))
             .err()
             .map(|error| error.to_string());
@@ -204,6 +205,20 @@ struct SpinBarrier {
     members: usize,
     waiting: AtomicUsize,
     passed: AtomicUsize,
+    /// Whether nobody waits any more.
+    open: AtomicBool,
+}
+
+/// If its member panics, the other members neither wait for it nor repeat further.
+struct ReleaseAfterPanic<'a>(&'a SpinBarrier, &'a AtomicBool);
+
+impl Drop for ReleaseAfterPanic<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.1.store(false, Ordering::SeqCst);
+            self.0.open.store(true, Ordering::SeqCst);
+        }
+    }
 }
 
 /// Number of checks of the barrier before the thread yields the processor.
@@ -215,6 +230,7 @@ impl SpinBarrier {
             members,
             waiting: AtomicUsize::new(0),
             passed: AtomicUsize::new(0),
+            open: AtomicBool::new(false),
         }
     }
 
@@ -227,7 +243,7 @@ impl SpinBarrier {
             return;
         }
         let mut spins = 0;
-        while self.passed.load(Ordering::SeqCst) == turn {
+        while self.passed.load(Ordering::SeqCst) == turn && !self.open.load(Ordering::SeqCst) {
             spins += 1;
             if spins < SPINS { std::hint::spin_loop() } else { std::thread::yield_now() }
         }
@@ -290,6 +306,25 @@ mod tests {
             ended,
             Err(MeasurementError::Wrong { what: "this" })
         ));
+    }
+
+    /// The panic of one member ends the work of both, and reaches the caller.
+    #[test]
+    fn a_panic_keeps_nobody_waiting() {
+        let (topology, threads) = shared_core(2);
+        let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            work(
+                &topology,
+                &threads,
+                1,
+                PACE,
+                Ok,
+                |_, _| (),
+                |index, _| assert_eq!(*index, 0, "the second member fails"),
+                |_| (),
+            )
+        }));
+        assert!(ended.is_err());
     }
 
     #[test]

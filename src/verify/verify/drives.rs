@@ -6,8 +6,8 @@ use super::candidate::Propagator;
 use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{self, DampingSpec, FrictionSpec, Job, StiffnessSpec, StructureSource};
 use crate::model::{
-    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, Release,
-    TorqueRipple, TrajectoryState,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+    TrajectoryState,
 };
 use crate::propagate::Stepping;
 use crate::shaft::FlexibleDrive;
@@ -142,18 +142,9 @@ pub fn grid() -> Result<Vec<Case>, CheckError> {
 /// A mesh without excitation. Its levels of stiffness \[N/m\] end at the given phases, the last one at 1.
 pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive {
     Drive {
-        coast: None,
-        half_gap,
         mesh: Division::levels(levels, ends),
         damping,
-        friction: 0.0,
-        release: Release::Deflection,
-        transmission_error: Vec::new(),
-        torque_ripple: Vec::new(),
-        further: Vec::new(),
-        imposed_motion: Vec::new(),
-        film: None,
-        tooth_cycles: Default::default(),
+        ..Drive::constant(half_gap, 0.0)
     }
 }
 

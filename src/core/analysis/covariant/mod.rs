@@ -17,7 +17,7 @@ use super::lyapunov::TangentGrowth;
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
-use crate::numerics::statistics::{mean, quantile, standard_error};
+use crate::numerics::statistics::{deviation, mean, quantile, standard_error};
 use crate::propagate::{Counters, Kernel, Stop};
 use ginelli::{Coefficients, entries};
 use serde::{Deserialize, Serialize};
@@ -238,11 +238,4 @@ impl Record {
 fn stretch_means(values: &[f64]) -> Vec<f64> {
     let stretches = values.chunks_exact(CYCLES_PER_AVERAGE as usize);
     stretches.map(mean).collect()
-}
-
-/// Standard deviation of a series.
-fn deviation(values: &[f64]) -> f64 {
-    let centre = mean(values);
-    let square: f64 = values.iter().map(|v| (v - centre).powi(2)).sum();
-    (square / (values.len() as f64 - 1.0).max(1.0)).sqrt()
 }

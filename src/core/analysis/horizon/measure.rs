@@ -1,7 +1,7 @@
 //! Spreads, decays and crossings from series along a trajectory.
 
 use super::HorizonMeasure;
-use crate::numerics::statistics::{FEWEST_VALUES, mean, standard_error};
+use crate::numerics::statistics::{FEWEST_VALUES, deviation, mean, standard_error};
 
 /// Smallest number of cycles per average at which spreads follow a power law. Shorter averages are
 /// correlated.
@@ -23,10 +23,7 @@ pub(super) fn ladder(longest: u64) -> Vec<u64> {
 /// Mean of a series, and standard deviation of its averages over successive stretches of n values.
 pub(super) fn spread(values: &[f64], n: usize) -> (f64, f64) {
     let averages: Vec<f64> = values.chunks_exact(n).map(mean).collect();
-    let centre = mean(&averages);
-    let square: f64 = averages.iter().map(|a| (a - centre).powi(2)).sum();
-    let freedom = averages.len().saturating_sub(1).max(1) as f64;
-    (centre, (square / freedom).sqrt())
+    (mean(&averages), deviation(&averages))
 }
 
 /// Geometric mean, from logarithms.

@@ -14,7 +14,7 @@ mod measure;
 mod tests;
 
 use super::interrupt::{EndedEarly, Interrupted};
-use super::lyapunov::random_direction;
+use super::lyapunov::{displaced, random_direction};
 use super::norm::EnergyNorm;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
@@ -285,13 +285,14 @@ impl<'a, K: Kernel> Record<'a, K> {
     fn twin(&self, id: u32) -> TrajectoryState {
         let stream = FIRST_STREAM + 1 + u64::from(id);
         let mut stream = self.point.stream(stream);
-        let mut direction = vec![0.0; self.trajectory.state.len()];
-        random_direction(&self.norm, &mut stream, &mut direction);
-        let scale = self.config.separation * self.norm.unit() / self.norm.length(&direction);
-        let state = (self.trajectory.state.iter().zip(&direction))
-            .map(|(x, d)| x + scale * d)
-            .collect();
-        TrajectoryState::new(self.model, state, self.trajectory.cycle)
+        let separation = self.config.separation;
+        displaced(
+            self.model,
+            &self.norm,
+            &self.trajectory,
+            separation,
+            &mut stream,
+        )
     }
 
     fn advance_twin(&mut self, twin: &mut TrajectoryState) -> Result<(), Stop> {

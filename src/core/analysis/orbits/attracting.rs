@@ -268,7 +268,6 @@ fn comes_along_a_line<K: Kernel>(
     if !watch.cut || slowest.im != 0.0 || left > OTHERS_LEFT {
         return Ok(None);
     }
-    let (weights, weighted) = (watch.norm.weights(), watch.norm.weighted_components());
     let mut between = trajectory.clone();
     for attempt in 0..=MOST_BETWEEN {
         let observed = match attempt {
@@ -289,9 +288,7 @@ fn comes_along_a_line<K: Kernel>(
             return Ok(None);
         }
         let mut state = orbit.start.state.clone();
-        for (row, &i) in weighted.iter().enumerate() {
-            state[i] += NEARER * observed.after[(row, 0)] / weights[i];
-        }
+        (watch.norm).displace(&mut state, NEARER, observed.after.col_as_slice(0));
         between = TrajectoryState::new(model, state, orbit.start.cycle);
     }
     Ok(None)
@@ -331,12 +328,9 @@ fn doubled<K: Kernel>(
     let apart = norm.difference(&trajectory.state, &parent.start.state);
     let along: f64 = apart.iter().zip(&direction).map(|(a, d)| a * d).sum();
     let side = 1f64.copysign(along);
-    let (weights, weighted) = (norm.weights(), norm.weighted_components());
     let displaced = |by: f64| {
         let mut state = parent.start.state.clone();
-        for (&i, d) in weighted.iter().zip(&direction) {
-            state[i] += side * by * norm.unit() * d / weights[i];
-        }
+        norm.displace(&mut state, side * by * norm.unit(), &direction);
         TrajectoryState::new(model, state, parent.start.cycle)
     };
     let [smallest, largest] = DISPLACEMENTS;

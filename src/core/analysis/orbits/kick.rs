@@ -70,9 +70,7 @@ impl<'a> KickedTrajectory<'a> {
     pub(super) fn new(model: &Model, norm: &'a EnergyNorm, orbit: &'a PeriodicOrbit) -> Self {
         let linear = strongest(&orbit.monodromy);
         let mut state = orbit.start.state.clone();
-        for (row, &i) in norm.weighted_components().iter().enumerate() {
-            state[i] += KICK * norm.unit() * linear[(row, 0)] / norm.weights()[i];
-        }
+        norm.displace(&mut state, KICK * norm.unit(), linear.col_as_slice(0));
         Self {
             norm,
             orbit,

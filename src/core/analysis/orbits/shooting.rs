@@ -173,7 +173,6 @@ impl<'a, K: Kernel> Shooting<'a, K> {
         workspace: &mut K::Workspace,
     ) -> Result<Option<PeriodicOrbit>, Stop> {
         let norm = self.norm;
-        let (weights, weighted) = (norm.weights(), norm.weighted_components());
         let mut start = guess.clone();
         let mut last = f64::INFINITY;
         for _ in 0..MOST_STEPS {
@@ -208,16 +207,14 @@ impl<'a, K: Kernel> Shooting<'a, K> {
             }
             last = residual;
             let defect = norm.difference(&start.state, &end.state);
-            let n = weighted.len();
+            let n = defect.len();
             let system = Mat::from_fn(n, n, |i, j| matrix[(i, j)] - f64::from(u8::from(i == j)));
             let step = solve(system.as_ref(), &defect);
             let length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
             if length.is_nan() || length > LONGEST_STEP * norm.unit() {
                 return Ok(None);
             }
-            for (&i, s) in weighted.iter().zip(&step) {
-                start.state[i] += s / weights[i];
-            }
+            norm.displace(&mut start.state, 1.0, &step);
             start = TrajectoryState::new(self.model, start.state, start.cycle);
         }
         Ok(None)

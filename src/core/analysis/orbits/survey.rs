@@ -151,9 +151,14 @@ pub fn survey<K: Kernel>(
         if unit.is_none() {
             continue;
         }
-        for guess in guesses(&norm, &path, period as usize, config.guesses as usize) {
+        // States of the path that nearly return after a period, nearest first, no two within a period of each other.
+        let returns_after = |n: usize| &path[n + period as usize];
+        let return_distance = |n: usize| norm.distance(&path[n].state, &returns_after(n).state);
+        let places = 0..path.len().saturating_sub(period as usize);
+        let most = config.guesses as usize;
+        for guess in returns::nearest(places, return_distance, period as usize, most) {
             Interrupted::check(interrupt)?;
-            let guess = midway(model, &path[guess], &path[guess + period as usize]);
+            let guess = midway(model, &path[guess], returns_after(guess));
             // Most near returns belong to no orbit of this period, and the caller did not ask for them.
             _ = search.from(&guess, period, None);
         }
@@ -245,13 +250,6 @@ impl<K: Kernel> Search<'_, K> {
         };
         Ok((points, outcome))
     }
-}
-
-/// Indices of the path that nearly return after `period` cycles, nearest first, no two within a period of each other.
-fn guesses(norm: &EnergyNorm, path: &[TrajectoryState], period: usize, most: usize) -> Vec<usize> {
-    let return_distance = |n: usize| norm.distance(&path[n].state, &path[n + period].state);
-    let places = 0..path.len().saturating_sub(period);
-    returns::nearest(places, return_distance, period, most)
 }
 
 /// The state midway between two, at the time of the first.

@@ -114,14 +114,11 @@ impl<'a> Twins<'a> {
         direction: [Vec<f64>; 2],
     ) -> Self {
         let distance = DISTANCE * norm.unit();
-        let (weights, weighted) = (norm.weights(), norm.weighted_components());
         let sides = direction.map(|along| {
             along.iter().any(|u| *u != 0.0).then(|| {
                 [1.0, -1.0].map(|side| {
                     let mut state = orbit.state.clone();
-                    for (&i, u) in weighted.iter().zip(&along) {
-                        state[i] += side * distance * u / weights[i];
-                    }
+                    norm.displace(&mut state, side * distance, &along);
                     TrajectoryState::new(model, state, orbit.cycle)
                 })
             })

@@ -302,10 +302,8 @@ impl<K: Kernel> PointRun<'_, K> {
                 DISPLACEMENT,
                 &mut stream,
             );
-            let watch = match pilot.instruments.record.watch.nvh.as_ref() {
-                Some(nvh) => Recorders::for_branch(self.model, self.config, nvh),
-                None => Recorders::of_nothing(self.model),
-            };
+            let nvh = pilot.instruments.record.watch.nvh.as_ref();
+            let watch = Recorders::for_branch(self.model, self.config, nvh);
             let growth = place.growth.clone();
             let mut instruments = Instruments::of(self.model, growth, None, watch);
             self.trajectory = trajectory;

@@ -36,7 +36,7 @@ use super::recurrence::Recurrence;
 use crate::model::{Model, TrajectoryState};
 use crate::propagate::{Counters, Kernel};
 use run::{Interruption, PointRun};
-use settle::{OrbitSearchTimes, PeriodicMotion, WORTH_A_SEARCH};
+use settle::{FIRST_SEARCH, OrbitSearchTimes, PeriodicMotion, WORTH_A_SEARCH};
 use std::sync::atomic::AtomicBool;
 use steady::Steady;
 
@@ -134,6 +134,7 @@ impl<K: Kernel> PointRun<'_, K> {
             let events = self.counters.events;
             self.plain_cycle(&mut ())?;
             recurrence.push(&self.trajectory.state);
+            let recorded = self.trajectory.cycle;
             let without_event =
                 self.counters.events == events && self.model.touches(self.trajectory.contact);
             if let Some(steady) = &mut steady
@@ -145,12 +146,21 @@ impl<K: Kernel> PointRun<'_, K> {
             }
             let orbit_expected =
                 (steady.as_ref()).is_some_and(|s| s.stayed_in_contact() && s.attracts());
-            if (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles)) && !orbit_expected {
+            let has_record =
+                self.trajectory.cycle == recorded && recurrence.count() as u64 >= FIRST_SEARCH;
+            let due =
+                has_record && (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles));
+            if due && !orbit_expected {
                 let candidates = recurrence.candidates(&self.norm, WORTH_A_SEARCH);
                 let orbit = self.seek_orbit(&candidates)?;
                 if orbit.is_some() {
                     return Ok(orbit);
                 }
+            }
+            // A failed search has advanced the trajectory without a record of the cycles. Lags across this gap would be
+            // too short.
+            if self.trajectory.cycle != recorded {
+                recurrence = Recurrence::new(self.model);
             }
         }
         Ok(None)

@@ -26,41 +26,28 @@ pub(super) struct Recorders {
 }
 
 impl Recorders {
-    /// Recorders that observe nothing.
-    pub(super) fn of_nothing(model: &Model) -> Self {
-        Self {
-            nvh: None,
-            spectra: None,
-            poincare: Poincare::new(model, Section::default(), 0),
-            outputs: None,
-            power: None,
-            orders: None,
-            enough: false,
-        }
-    }
-
     /// The observers for the requested analyses.
     pub(super) fn requested(model: &Model, config: &PointConfig) -> Self {
-        let q = config;
+        let wanted = config.nvh;
         Self {
-            nvh: q.nvh.map(|n| Nvh::new(model, n.harmonics)),
-            spectra: q.nvh.and_then(|all| {
+            nvh: wanted.map(|n| Nvh::new(model, n.harmonics)),
+            spectra: wanted.and_then(|all| {
                 let welch = Welch::new(model, &all.spectrum?, all.computed());
                 Some(Spectra::Welch(welch))
             }),
-            outputs: q.nvh.and_then(|all| Outputs::new(model, all.computed())),
-            power: (q.nvh).filter(|all| all.power).map(|_| Power::new(model)),
-            orders: (q.nvh).and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
-            poincare: Poincare::new(model, q.section.clone(), q.poincare_samples),
+            outputs: wanted.and_then(|all| Outputs::new(model, all.computed())),
+            power: wanted.filter(|all| all.power).map(|_| Power::new(model)),
+            orders: wanted.and_then(|all| Some(Orders::new(model, &all.orders?, &all))),
+            poincare: Poincare::new(model, config.section.clone(), config.poincare_samples),
             enough: false,
         }
     }
 
-    /// The observers of a trajectory that branched off another one, whose statistics are `nvh`. It has no
+    /// The observers of a trajectory that branched off another one, whose statistics, if any, are `nvh`. It has no
     /// Poincaré samples.
-    pub(super) fn for_branch(model: &Model, config: &PointConfig, nvh: &Nvh) -> Self {
+    pub(super) fn for_branch(model: &Model, config: &PointConfig, nvh: Option<&Nvh>) -> Self {
         Self {
-            nvh: Some(nvh.for_same_model()),
+            nvh: nvh.map(Nvh::for_same_model),
             poincare: Poincare::new(model, Section::default(), 0),
             ..Self::requested(model, config)
         }

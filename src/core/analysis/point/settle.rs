@@ -29,7 +29,7 @@ pub(super) const WORTH_A_SEARCH: f64 = 0.3;
 
 /// Number of cycles before the first search. Each later search follows when the number has doubled, so that a
 /// chaotic point spends little time on searches.
-const FIRST_SEARCH: u64 = 100;
+pub(super) const FIRST_SEARCH: u64 = 100;
 
 /// When the next search for an orbit is due.
 #[derive(Debug, Clone, Copy)]

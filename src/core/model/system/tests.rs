@@ -1,7 +1,7 @@
 use super::*;
 use crate::model::{Division, DriveShaft, FlankError, TorqueRipple};
 use crate::model::{InitialState, MeshHarmonic, fixtures};
-use crate::structure::Coupling;
+use crate::structure::{BearingGain, Coupling, OmittedModeForces};
 
 fn structure(frequency: &[f64], mesh: &[f64]) -> ModalStructure {
     ModalStructure {
@@ -253,4 +253,50 @@ fn damping_ratios_are_those_of_the_mass_in_the_mesh() {
         let mass = Model::new(&known, &drive(), POINT).unwrap().effective_mass;
         assert_eq!(mass, 0.25);
     }
+}
+
+/// Compares with a new model under the other load.
+#[test]
+fn another_load_changes_the_forces_on_bearings() {
+    let s = ModalStructure {
+        bearings: vec![BearingGain {
+            name: "pinion 1 x".to_owned(),
+            gain: vec![2e6, -3e6],
+            rate_gain: Vec::new(),
+            left_out: OmittedModeForces {
+                torque: 0.4,
+                constant_load: 70.0,
+                ..OmittedModeForces::default()
+            },
+        }],
+        ..structure(&[0.0, 4000.0], &[0.5, 0.3])
+    };
+    let model = Model::new(&s, &drive(), POINT).unwrap();
+    let other = OperatingPoint { load: 0.7, ..POINT };
+    let exact = Model::new(&s, &drive(), other).unwrap();
+    let found = model.under_load(0.7).unwrap();
+    assert_eq!(exact.bearings[0].constant, 0.4 * 1000.0 * 0.7 + 70.0);
+    assert!((found.bearings[0].constant - exact.bearings[0].constant).abs() < 1e-12);
+}
+
+#[test]
+fn every_division_of_a_flank_has_a_stiffness() {
+    let s = structure(&[0.0, 4000.0], &[0.5, 0.3]);
+    let refused = |drive: &Drive| {
+        let made = Model::new(&s, drive, POINT);
+        matches!(
+            made,
+            Err(ModelError::OutOfRange {
+                name: "mesh stiffness",
+                ..
+            })
+        )
+    };
+    let mut unknown = drive();
+    unknown.mesh[0] = Division::level(unknown.mesh[0].end, f64::NAN);
+    assert!(refused(&unknown) && !refused(&drive()));
+    let mut faulty = drive();
+    let cycles = [faulty.mesh.clone(), Division::levels(&[0.0], &[])];
+    faulty.tooth_cycles[0] = cycles.map(|first| vec![first]).to_vec();
+    assert!(refused(&faulty));
 }

@@ -6,7 +6,7 @@ use super::parts::{
     Block, Direction, LEAST_IMAGINARY, MOST_EIGENVECTOR_CONDITION, OFFSET, PARALLEL_COSINE,
     PLANE_CONDITION, POOR_RESIDUAL, ROUND_OFF, SPLIT_IMAGINARY,
 };
-use crate::numerics::linalg::dot;
+use crate::numerics::linalg::{dot, orthogonal_part};
 use faer::{Mat, prelude::*};
 use std::cmp::Reverse;
 
@@ -138,7 +138,7 @@ impl<'a> Columns<'a> {
         let mut left: Vec<RealPair> = Vec::new();
         for pair in real {
             let u = self.rates_of_unsprung(&pair.1);
-            let remainder = outside(&u, &chosen);
+            let remainder = orthogonal_part(&u, &chosen);
             if chosen.len() < count && norm(&remainder) >= 0.1 * norm(&u) && norm(&u) > 0.0 {
                 chosen.push(unit_length(&remainder));
                 partners.push((unit_length(&u), pair));
@@ -151,7 +151,7 @@ impl<'a> Columns<'a> {
         let mut spare: Vec<Vec<f64>> = Vec::new();
         while chosen.len() < count {
             let axis = |k: usize| (0..count).map(move |i| f64::from(u8::from(i == k)));
-            let axes = (0..count).map(|k| outside(&axis(k).collect::<Vec<_>>(), &chosen));
+            let axes = (0..count).map(|k| orthogonal_part(&axis(k).collect::<Vec<_>>(), &chosen));
             let next = unit_length(&axes.max_by(|x, y| norm(x).total_cmp(&norm(y)))?);
             chosen.push(next.clone());
             spare.push(next);
@@ -351,21 +351,11 @@ pub(super) fn plane(
 
 pub(super) fn orthonormal([first, second]: [Vec<f64>; 2]) -> [Vec<f64>; 2] {
     let first = unit_length(&first);
-    let second = unit_length(&outside(
+    let second = unit_length(&orthogonal_part(
         &unit_length(&second),
         std::slice::from_ref(&first),
     ));
     [first, second]
-}
-
-/// The part of a vector that is orthogonal to the orthonormal vectors `basis`, by two passes of Gram–Schmidt.
-pub(super) fn outside(vector: &[f64], basis: &[Vec<f64>]) -> Vec<f64> {
-    let mut left = vector.to_vec();
-    for b in basis.iter().chain(basis) {
-        let along = dot(b, &left);
-        left.iter_mut().zip(b).for_each(|(v, w)| *v -= along * w);
-    }
-    left
 }
 
 /// The 2x2 block `Vᵀ A V` on an orthonormal basis `V` of an invariant plane.

@@ -1,6 +1,7 @@
 //! Eigenvalues of a real matrix, by the algorithms `orthes` and `hqr` of EISPACK (Smith et al.,
 //! *Matrix Eigensystem Routines*, 1976) with the shifts of `dlahqr` of LAPACK.
 
+use super::dot;
 use faer::MatRef;
 use multiversion::multiversion;
 use num_complex::{Complex64, c64};
@@ -72,22 +73,6 @@ fn hessenberg(h: &mut [f64], n: usize) {
         column[0] = scale * g;
         column[1..].fill(0.0);
     }
-}
-
-/// A dot product, computed as eight partial sums.
-#[inline(always)]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 8];
-    let (a, b) = (a.chunks_exact(8), b.chunks_exact(8));
-    let rest: f64 = (a.remainder().iter().zip(b.remainder()))
-        .map(|(a, b)| a * b)
-        .sum();
-    for (a, b) in a.zip(b) {
-        for i in 0..8 {
-            sums[i] += a[i] * b[i];
-        }
-    }
-    sums.iter().sum::<f64>() + rest
 }
 
 /// A Householder reflection of three neighbouring rows or columns, or of two (`c` and `r` zero).

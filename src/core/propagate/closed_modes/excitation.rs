@@ -7,12 +7,9 @@
 use super::basis::{Basis, padded};
 use super::lanes::{self, FACTORS};
 use super::sets::ContactClass;
-use crate::model::{Block, Model, turned};
+use crate::model::{Block, DRIFT, Model, turned};
 use crate::propagate::TableError;
 use num_complex::{Complex64, c64};
-
-/// A block drifts if it turns by less than this angle \[rad\] in a mesh cycle.
-const DRIFT: f64 = 0.1;
 
 /// Smallest `|det(iω I − G)|` of a block without resonance, relative to `ω₀² + ω²`; ω₀ is its natural
 /// frequency.

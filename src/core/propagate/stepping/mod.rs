@@ -22,16 +22,12 @@ mod tables;
 use super::events::Changes;
 use super::{Counters, Event, Kernel, Observer, Stop, Tangents};
 use crate::model::{
-    Line, MOST_CONTACTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState, equal_parts,
+    Line, MOST_CONTACTS, MOST_PARTS, Model, SEVERAL_CONTACTS, Segment, TrajectoryState, equal_parts,
 };
 use crate::numerics::linalg::add_scaled;
 use free_flow::FreeFlow;
 use mesh_state::{Change, MeshState};
 use tables::{ContactTable, MidStepContact, Rows, dot};
-
-/// Largest number of equal parts of the cycle that is tried to find parts whose boundaries include those of
-/// all segments.
-const MOST_PARTS: usize = 10_000;
 
 /// The fixed-small-step kernel of one model.
 #[derive(Debug, Clone)]

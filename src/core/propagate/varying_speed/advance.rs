@@ -6,9 +6,9 @@ use super::powers::{
 };
 use super::search::{EventCause, WindowEvent};
 use super::speed_interval::SpeedInterval;
-use super::window::{self, Closed, ContactCourse, WindowSeries, WindowTask};
+use super::window::{self, Closed, ContactCourse, WindowCourse, WindowSeries};
 use super::{Motion, VaryingSpeed};
-use crate::model::{ActiveSet, LOAD_TERMS, Segment};
+use crate::model::{ActiveSet, Segment};
 use crate::propagate::vectors::{Aligned, TERMS};
 use crate::propagate::{Counters, Stop};
 use std::f64::consts::TAU;
@@ -63,27 +63,6 @@ impl Workspace {
     }
 }
 
-/// Length of a window, and the course of rotation and loads on it.
-struct WindowCourse {
-    /// Its length \[s\].
-    length: f64,
-    /// Mesh cycles that pass, by powers of u.
-    cycles: Course,
-    /// Load terms.
-    loads: [Course; LOAD_TERMS],
-    /// Whether it ends at the end of the segments.
-    at_end: bool,
-}
-
-impl WindowCourse {
-    fn task(&self) -> WindowTask {
-        WindowTask {
-            length: self.length,
-            loads: self.loads,
-        }
-    }
-}
-
 impl VaryingSpeed {
     /// Advances a motion to the end of a speed interval, passes windows and events to `watch`, and adds the
     /// work to `counters`. Allocates nothing.
@@ -126,7 +105,7 @@ impl VaryingSpeed {
                 window::move_blocks(
                     self.instructions,
                     &self.system,
-                    &reach.task(),
+                    &reach,
                     part,
                     &mut workspace.motions,
                 );
@@ -271,7 +250,7 @@ impl VaryingSpeed {
             law.stiffness_terms = terms_of(&law.stiffness);
             law.gap[0] += contact.half_gap;
         }
-        window::meet(self.instructions, &self.system, &reach.task(), motions);
+        window::meet(self.instructions, &self.system, reach, motions);
     }
 
     /// Rejects diverged deflections.

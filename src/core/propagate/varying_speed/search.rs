@@ -11,7 +11,7 @@ use super::window::{ContactCourse, WindowSeries, wave};
 use crate::model::{ActiveSet, Release, Segment};
 use crate::numerics::legendre;
 use crate::propagate::Counters;
-use crate::propagate::events::{Guard, Margin, ROUND_OFF};
+use crate::propagate::events::{Guard, ROUND_OFF};
 use crate::propagate::vectors::TERMS;
 use crate::propagate::volterra::lanes;
 
@@ -196,16 +196,7 @@ impl VaryingSpeed {
             counters.certified += 1;
             return None;
         }
-        let guard = Guard {
-            margin: Margin {
-                contact: 0,
-                closed: true,
-                scale: 1.0,
-                shift: 0.0,
-            },
-            crossed: candidate.known,
-            gap_error: None,
-        };
+        let guard = Guard::of_sign(1.0, candidate.known);
         let crossing = lanes::first_crossing(
             self.instructions,
             &margin,

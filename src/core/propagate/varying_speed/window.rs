@@ -50,13 +50,16 @@ impl ContactCourse {
     };
 }
 
-/// Length and loads of a window.
-#[derive(Debug, Clone, Copy)]
-pub struct WindowTask {
+/// Length of a window, and the course of rotation and loads on it.
+pub struct WindowCourse {
     /// Its length \[s\].
     pub length: f64,
-    /// Course of each load term on the window, by powers of u.
+    /// Mesh cycles that pass, by powers of u.
+    pub cycles: Course,
+    /// Course of each load term, by powers of u.
     pub loads: [Course; LOAD_TERMS],
+    /// Whether it ends at the end of the segments.
+    pub at_end: bool,
 }
 
 /// The series of a window, and the data for computing them.
@@ -137,11 +140,11 @@ fn size_along<V: Vector>(rows: &Rows, components: [&[f64]; 2]) -> f64 {
 for_each_set! {
     /// Computes the deflections and forces of a window. The first row of `motions.components` is the state at
     /// its start.
-    fn meet(system: &System, task: &WindowTask, motions: &mut WindowSeries) = meet_body
+    fn meet(system: &System, task: &WindowCourse, motions: &mut WindowSeries) = meet_body
 }
 
 #[inline(always)]
-fn meet_body<V: Vector>(system: &System, task: &WindowTask, motions: &mut WindowSeries) {
+fn meet_body<V: Vector>(system: &System, task: &WindowCourse, motions: &mut WindowSeries) {
     let (n, length) = (system.padded, task.length);
     let mut scales = [1.0; TERMS];
     for j in 1..TERMS {
@@ -210,13 +213,13 @@ fn meet_body<V: Vector>(system: &System, task: &WindowTask, motions: &mut Window
 
 for_each_set! {
     /// Computes the components of a window with known forces, and their values at the position `place` in it.
-    fn move_blocks(system: &System, task: &WindowTask, place: f64, motions: &mut WindowSeries) = move_blocks_body
+    fn move_blocks(system: &System, task: &WindowCourse, place: f64, motions: &mut WindowSeries) = move_blocks_body
 }
 
 #[inline(always)]
 fn move_blocks_body<V: Vector>(
     system: &System,
-    task: &WindowTask,
+    task: &WindowCourse,
     place: f64,
     motions: &mut WindowSeries,
 ) {
@@ -244,7 +247,7 @@ fn move_blocks_body<V: Vector>(
 #[inline(always)]
 fn move_groups<V: Vector, const GROUPS: usize, const MODAL: bool>(
     system: &System,
-    (task, powers): (&WindowTask, &Powers),
+    (task, powers): (&WindowCourse, &Powers),
     at: usize,
     motions: &mut WindowSeries,
 ) -> usize {

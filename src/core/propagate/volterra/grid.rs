@@ -1,7 +1,7 @@
 //! Where do windows start in a cycle without events?
 
 use super::length::fewest_windows;
-use crate::model::{Model, SAME_PHASE, equal_parts};
+use crate::model::{MOST_PARTS, Model, SAME_PHASE, equal_parts};
 use crate::propagate::SAME_LENGTH;
 
 /// Round-off of sums of times, relative to the mesh period.
@@ -17,10 +17,6 @@ const WORTH_SHARING: f64 = 1.25;
 /// Smallest number of cells per cycle, before they are fitted. On a longer cell, the deflection has several extrema,
 /// and bisecting its series to find the events costs more than another window.
 pub(super) const FEWEST: f64 = 4.0;
-
-/// Largest number of equal parts of the cycle that is tried to find parts whose boundaries include those of
-/// all segments.
-const MOST_PARTS: usize = 10_000;
 
 /// The mesh cycle of a contact, divided into stretches and cells. On a stretch the contact keeps its segment
 /// and no line changes. A stretch has a whole number of equal cells. A cell is a window without a cut.

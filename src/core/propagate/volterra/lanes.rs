@@ -97,7 +97,7 @@ for_each_set! {
 
 for_each_set! {
     /// Deflection series from those of the free deflection and the force.
-    fn deflection(nodal: &Nodal, free: &Row, force: &Row) -> Row = deflection_body
+    fn deflection(nodal: &Nodal, free: &Row, force: &Row) -> Row = deflection_columns
 }
 
 for_each_set! {
@@ -188,7 +188,7 @@ use cut::{
     restrict_to_body, salt_body,
 };
 use truncated::truncated_body;
-use varying::{deflection_body, factorise_body, force_body};
+use varying::{deflection_columns, factorise_body, force_body};
 use window::{advance_body, close_body, free_body, solve_body, yielded_body};
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use super::workspace::Workspace;
 use crate::model::{ActiveSet, Segment};
 use crate::numerics::legendre::{self, transforms24};
 use crate::propagate::Counters;
-use crate::propagate::events::{Crossing, Guard, Margin, ROUND_OFF};
+use crate::propagate::events::{Crossing, Guard, ROUND_OFF};
 
 /// Condition of a contact when it opens or closes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -343,16 +343,7 @@ impl Volterra<'_> {
         limit: f64,
         counters: &mut Counters,
     ) -> Option<f64> {
-        let guard = Guard {
-            margin: Margin {
-                contact: 0,
-                closed: true,
-                scale: sign,
-                shift: 0.0,
-            },
-            crossed: known,
-            gap_error: None,
-        };
+        let guard = Guard::of_sign(sign, known);
         let set = self.instructions;
         lanes::first_crossing(set, series, noise, &[guard], limit, counters).map(|found| found.x)
     }

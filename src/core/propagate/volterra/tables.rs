@@ -7,7 +7,7 @@ use super::shapes::{BlockChunk, GapError, LANES, Lanes, TableLayout};
 use super::table_requests::{LineView, TableRequests, place};
 use super::window_stiffness::WindowStiffness;
 use super::window_table::WindowTable;
-use crate::model::{Block, MeshGain, Model, SAME_PHASE, Segment, turned};
+use crate::model::{Block, DRIFT, MeshGain, Model, SAME_PHASE, Segment, turned};
 use crate::numerics::legendre::transforms8;
 
 /// Tables of the structured kernel.
@@ -318,10 +318,6 @@ fn in_chunks(pairs: &[[f64; 2]]) -> Vec<[Lanes; 2]> {
     };
     pairs.chunks(LANES).map(chunk).collect()
 }
-
-/// A block drifts if it turns by less than this angle \[rad\] in a mesh cycle. Its rest position is so far
-/// away that the difference from it would lose digits.
-const DRIFT: f64 = 0.1;
 
 /// `−A⁻¹ s`: with `A = μ I + M` and `M² = −ν² I`, `A⁻¹ = (μ I − M) / (μ² + ν²)`.
 fn rest(block: &Block) -> [f64; 2] {

@@ -3,7 +3,7 @@
 use super::batch::CycleTask;
 use super::group::{Seat, work_side_by_side};
 use super::tables::PointTables;
-use crate::model::{Model, TrajectoryState};
+use crate::model::TrajectoryState;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents};
 use rayon::prelude::*;
 use std::cell::{Cell, RefCell};
@@ -44,10 +44,6 @@ impl<K: Kernel> Kernel for SideBySide<'_, K> {
 
     fn exact(&self) -> bool {
         self.kernel.exact()
-    }
-
-    fn accepts(&self, model: &Model, start: &TrajectoryState) -> Result<(), Stop> {
-        self.kernel.accepts(model, start)
     }
 
     fn advance_cycle<O: Observer>(

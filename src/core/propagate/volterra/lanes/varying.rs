@@ -176,8 +176,3 @@ pub(super) fn force_body<V: Vector>(nodal: &Nodal, factors: &Factors, free: &Row
     let [force] = force_columns::<V, 1>(nodal, factors, &[*free], gap);
     force
 }
-
-#[inline(always)]
-pub(super) fn deflection_body<V: Vector>(nodal: &Nodal, free: &Row, force: &Row) -> Row {
-    deflection_columns::<V>(nodal, free, force)
-}
