@@ -174,7 +174,7 @@ impl Flanks {
         if backlash < -NO_BACKLASH * pair.module {
             return Err(GearError::NegativeBacklash {
                 backlash,
-                centre_distance,
+                centre_distance: centre_distance.abs(),
             });
         }
         check_points(pair, &teeth)?;
