@@ -348,6 +348,23 @@ fn planets_share_the_drawn_mesh_of_the_ring() {
     assert!(model.period() > 0.0);
 }
 
+/// Profile shifts without a centre distance are too small in external pairs, and too large in rings.
+#[test]
+fn shifts_without_a_centre_distance_are_told() {
+    for (ring, sum, told) in [
+        (None, -1.5, "more than -1.0237"),
+        (Some(0.16), 0.3, "less than 0.2047"),
+    ] {
+        let form = ToothForm {
+            profile_shift: [sum, 0.0],
+            ring,
+            ..ToothForm::default()
+        };
+        let error = pair([20, 30], form).tight_centre_distance().unwrap_err();
+        assert!(error.to_string().contains(told), "{error}");
+    }
+}
+
 /// Faults of such manifests are reported with their places.
 #[test]
 fn rings_without_a_table_are_told() {

@@ -32,9 +32,10 @@ pub enum GearError {
         /// Sum of the base radii \[m\].
         base_radii: f64,
     },
-    /// The profile shifts are so negative that no centre distance is free of backlash.
+    /// No centre distance is free of backlash: the profile shifts are too negative, or in a ring too positive.
     #[error(
-        "profile shifts with the sum {sum} allow no centre distance without backlash; the sum must be more than {limit:.4}"
+        "profile shifts with the sum {sum} allow no centre distance without backlash; the sum must be {} than {limit:.4}",
+        if sum > limit { "less" } else { "more" }
     )]
     ShiftSum {
         /// Sum of the profile shift coefficients.
@@ -57,6 +58,16 @@ pub enum GearError {
         quantity: &'static str,
         /// The value found.
         value: f64,
+    },
+    /// A quantity that is too large.
+    #[error("{quantity} is {value}, but must be less than {limit}")]
+    TooLarge {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+        /// Its limit.
+        limit: f64,
     },
     /// A helix angle outside its range.
     #[error("the helix angle is {value} rad, but must be between -π/2 and π/2")]
@@ -204,7 +215,8 @@ pub enum GearError {
     },
     /// A tip reaches below its mate's root circle.
     #[error(
-        "the tip of gear {gear} reaches {:.3e} m below its mate's root circle; lower its tip diameter or raise the rack's dedendum", -clearance
+        "the tip of gear {gear} reaches {:.3e} m below its mate's root circle; change its tip diameter for shorter teeth, or raise the rack's dedendum",
+        -clearance
     )]
     TipInRoot {
         /// Gear whose tip it is: 1 = pinion, 2 = wheel.

@@ -27,5 +27,5 @@ pub use train::{
     DrawnLaw, GearPlace, Housing, HousingError, HousingJoint, HousingNode, HousingPoint,
     Hysteresis, JoinedHousing, LoadedBearing, LooseGear, MeshLaw, ParallelPlacement, Planet,
     PlanetarySet, ShaftCoupling, ShaftSection, Stage, StageSide, Stop, TrainDrive, TrainError,
-    TrainGear, TrainMesh, TrainShaft, phase_of_planet,
+    TrainGear, TrainMesh, TrainShaft, mean_forces, phase_of_planet,
 };

@@ -33,6 +33,7 @@ pub use axes::ParallelPlacement;
 pub use bearings::LoadedBearing;
 pub use error::TrainError;
 pub use housing::{Housing, HousingError, HousingJoint, HousingNode, HousingPoint, JoinedHousing};
+pub use loads::mean_forces;
 pub use mesh::{DrawnLaw, MeshLaw, TrainMesh};
 pub use planetary::{Planet, PlanetarySet, phase_of_planet};
 

@@ -5,7 +5,7 @@ use super::mesh_error::MeshError;
 use super::mesh_tables::MeshTables;
 use crate::manifest::{PointSpec, StructureSource};
 use crate::model::Division;
-use crate::shaft::{DrawnLaw, MeshLaw, TrainDrive};
+use crate::shaft::{DrawnLaw, MeshLaw, TrainDrive, mean_forces};
 use crate::structure::ModalStructure;
 use std::borrow::Cow;
 
@@ -97,7 +97,7 @@ pub(super) fn each<T>(
     if drawn.peek().is_none() {
         return Ok(Vec::new());
     }
-    let forces = train.mean_forces(structure, point.load, point.speed);
+    let forces = mean_forces(structure, point.load, point.speed);
     let all = drawn.map(|(number, drawn)| {
         let force = forces[1 + number];
         let none = force.abs() <= NO_FORCE * structure.rated_force;

@@ -10,43 +10,43 @@ use crate::shaft::assembly::Freedom;
 use crate::structure::ModalStructure;
 use nalgebra::{DMatrix, DVector};
 
-impl TrainDrive {
-    /// Mean force on the flanks of every mesh, the first one first \[N\], negative on coast flanks. These forces
-    /// balance load and drag on every rotation that no spring holds. If torque splits, its paths share it with the
-    /// smallest sum of squared forces.
-    ///
-    /// * `structure`: that of this train.
-    /// * `load`: fraction of the rated torque.
-    /// * `speed`: of the driver \[rad/s\].
-    pub fn mean_forces(&self, structure: &ModalStructure, load: f64, speed: f64) -> Vec<f64> {
-        let meshes = self.meshes.len();
-        let flanks = structure.contacts[..2 * meshes].iter().step_by(2);
-        let others = structure.contacts[2 * meshes..].iter();
-        // Dry sliders start without a force.
-        let others = flanks.chain(others.filter(|contact| contact.law.slider.is_none()));
-        let participations: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
-            .chain(others.map(|contact| contact.participation.as_slice()))
-            .collect();
-        let rigid: Vec<usize> = (0..structure.modes())
-            .filter(|&mode| structure.frequency[mode] == 0.0)
-            .collect();
-        let balance = DMatrix::from_fn(rigid.len(), participations.len(), |row, contact| {
-            participations[contact][rigid[row]]
-        });
-        let at = |column: &[f64], mode: usize| column.get(mode).copied().unwrap_or(0.0);
-        let loads = DVector::from_fn(rigid.len(), |row, _| {
-            let mode = rigid[row];
-            load * structure.rated_force * structure.torque[mode]
-                + at(&structure.constant_load, mode)
-                + speed * at(&structure.load_by_speed, mode)
-        });
-        let least = 1e-9 * balance.amax();
-        let forces = balance.svd(true, true).solve(&loads, least);
-        // The decomposition has both factors, so a solution exists.
-        let forces = forces.unwrap_or_else(|_| DVector::zeros(participations.len()));
-        forces.iter().take(1 + meshes).copied().collect()
-    }
+/// Mean force on the flanks of every mesh, the first one first \[N\], negative on coast flanks. These forces
+/// balance load and drag on every rotation that no spring holds. If torque splits, its paths share it with the
+/// smallest sum of squared forces.
+///
+/// * `structure`: that of a train, or of a drive of two shafts.
+/// * `load`: fraction of the rated torque.
+/// * `speed`: of the driver \[rad/s\].
+pub fn mean_forces(structure: &ModalStructure, load: f64, speed: f64) -> Vec<f64> {
+    let meshes = structure.meshes.len().saturating_sub(1);
+    let flanks = structure.contacts[..2 * meshes].iter().step_by(2);
+    let others = structure.contacts[2 * meshes..].iter();
+    // Dry sliders start without a force.
+    let others = flanks.chain(others.filter(|contact| contact.law.slider.is_none()));
+    let participations: Vec<&[f64]> = std::iter::once(structure.mesh.as_slice())
+        .chain(others.map(|contact| contact.participation.as_slice()))
+        .collect();
+    let rigid: Vec<usize> = (0..structure.modes())
+        .filter(|&mode| structure.frequency[mode] == 0.0)
+        .collect();
+    let balance = DMatrix::from_fn(rigid.len(), participations.len(), |row, contact| {
+        participations[contact][rigid[row]]
+    });
+    let at = |column: &[f64], mode: usize| column.get(mode).copied().unwrap_or(0.0);
+    let loads = DVector::from_fn(rigid.len(), |row, _| {
+        let mode = rigid[row];
+        load * structure.rated_force * structure.torque[mode]
+            + at(&structure.constant_load, mode)
+            + speed * at(&structure.load_by_speed, mode)
+    });
+    let least = 1e-9 * balance.amax();
+    let forces = balance.svd(true, true).solve(&loads, least);
+    // The decomposition has both factors, so a solution exists.
+    let forces = forces.unwrap_or_else(|_| DVector::zeros(participations.len()));
+    forces.iter().take(1 + meshes).copied().collect()
+}
 
+impl TrainDrive {
     /// Modal centrifugal forces on the planets, per square of the driver's speed; empty for none.
     pub(super) fn centrifugal_load(
         &self,
