@@ -86,11 +86,15 @@ fn add(issues: &Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usiz
             let span = Span { source, start, end };
             let message =
                 format!("{what} is not UTF-8: the byte 0x{byte:02x} does not begin a character");
+            let remedy = match byte {
+                0xb5 => {
+                    "save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\""
+                }
+                _ => "save the file as UTF-8",
+            };
             Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
                 .label("here")
-                .remedy(
-                    "save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\"",
-                )
+                .remedy(remedy)
                 .report(issues);
             Err(TextError::Reported)
         }
