@@ -112,7 +112,7 @@ pub(super) fn expand(
         let number = combinations.first_like(number);
         if !checked_numbers.insert(number) {
             if let Some(known) = variants.get(&number).filter(|_| hashed) {
-                hash.resolved(known);
+                hash.add(known);
             }
             continue;
         }
@@ -136,7 +136,7 @@ pub(super) fn expand(
         keep_new_faults(issues, found, &mut faults, &keys, &index);
         if let Some(mut resolved) = resolved.filter(|_| issues.count() == 0) {
             if hashed {
-                hash.resolved(&resolved);
+                hash.add(&resolved);
             }
             if let Some((_, last)) = variants.last_key_value() {
                 resolved.share(last);

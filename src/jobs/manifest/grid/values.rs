@@ -70,14 +70,8 @@ impl<'a> AxisReader<'a> {
         }
     }
 
-    /// One value of a column in SI.
-    pub fn one(&mut self, node: &Node) -> Option<f64> {
-        let path = self.path;
-        self.value(node, path)
-    }
-
     /// One value in SI, in the range of its key. Consistency with other keys is checked when a point is resolved.
-    fn value(&mut self, node: &Node, path: &str) -> Option<f64> {
+    pub fn value(&mut self, node: &Node, path: &str) -> Option<f64> {
         if self.spec.kind == Kind::Integer {
             return self.whole(node, path);
         }
