@@ -255,6 +255,22 @@ fn what_no_drive_is_built_like_is_warned_of() {
     }
 }
 
+/// Advice on the drawing of a train names keys of its tables.
+#[test]
+fn a_train_is_advised_on_by_its_own_keys() {
+    let text = include_str!("../../manifests/trains/two-stage.toml");
+    assert!(text.contains("rated_torque = \"40 N*m\""));
+    let text = text.replacen("\"40 N*m\"", "\"400 kN*m\"", 1);
+    let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+    let found = manifest::advice(&job);
+    let word = found
+        .iter()
+        .find(|word| word.message.contains("any steel"))
+        .unwrap();
+    assert_eq!(word.key, "train.rated_torque");
+    assert!(word.place.is_some());
+}
+
 /// Without a drawing, lengths and speeds have other bounds.
 #[test]
 fn a_modal_file_is_judged_without_a_drawing() {

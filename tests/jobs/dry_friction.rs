@@ -92,7 +92,10 @@ fn what_excludes_dry_friction_is_refused() {
     for (added, key) in [
         ("[run]\nkernel = \"closed_modes\"\n", "run.kernel"),
         ("[run]\nkernel = \"stepping\"\n", "run.kernel"),
-        ("[continuation]\nover = \"speed\"\n", "continuation.over"),
+        (
+            "[continuation]\nstarts = 5\n",
+            "`continuation` is not available",
+        ),
         (
             "[analyses.lyapunov]\n[analyses.covariant]\n",
             "analyses.covariant",

@@ -114,7 +114,7 @@ fn what_excludes_sliders_is_refused() {
         (
             run,
             "cycles = 40000\n[continuation]\nover = \"speed\"",
-            "continuation.over",
+            "`continuation` is not available",
         ),
     ] {
         let said = clutch(&[(from, to)]).unwrap_err();

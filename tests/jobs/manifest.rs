@@ -139,6 +139,17 @@ fn a_modal_file_is_the_structure() {
     );
 }
 
+#[test]
+fn no_rigid_mode_of_a_modal_file_may_be_dropped() {
+    let retained = |count: usize| {
+        let kind = format!("kind = \"modal\"\nretained = {count}");
+        parse(&with(MODAL, "kind = \"modal\"", &kind))
+    };
+    assert_eq!(retained(2).unwrap().points.at(0).model.retained, 2);
+    let errors = retained(1).unwrap_err();
+    assert_eq!(errors.diagnostics[0].key, "model.retained");
+}
+
 /// The manifest with the drawing of the quickstart's gears.
 fn with_gear(text: &str) -> String {
     let quickstart = include_str!("../../manifests/quickstart.toml");
@@ -936,6 +947,28 @@ fn all_faults_of_a_file_come_at_once_in_its_order() {
             (DiagnosticKind::WrongUnit, "mesh.half_gap", 9),
             (DiagnosticKind::WrongUnit, "grid.load", 18),
         ]
+    );
+}
+
+/// The limits of the list of faults act on every combination alone.
+#[test]
+fn faults_of_every_combination_are_counted_once() {
+    let faulty: Vec<String> = (1..=60)
+        .map(|harmonic| format!("{{ harmonic = {harmonic}, amplitude = \"5 N\" }}"))
+        .collect();
+    let text = with(
+        &text_of("quickstart.toml"),
+        "transmission_error = [{ harmonic = 1, amplitude = \"5 um\" }]",
+        &format!("transmission_error = [{}]", faulty.join(", ")),
+    );
+    let gaps = "[grid]\n\"mesh.half_gap\" = { values = [\"10 um\", \"20 um\"] }\n";
+    let errors = parse(&with(&text, "[grid] ", &format!("{gaps}#"))).unwrap_err();
+    assert_eq!((errors.count(), errors.more), (60, 0));
+    assert!(
+        errors
+            .diagnostics
+            .iter()
+            .all(|fault| fault.at_point.is_none())
     );
 }
 

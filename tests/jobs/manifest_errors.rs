@@ -103,7 +103,10 @@ fn a_file_that_cannot_be_read_is_named() {
     let latin1 = check(folder.path(), &["latin1.toml"]);
     assert_eq!(latin1.status.code(), Some(2));
     let message = String::from_utf8(latin1.stderr).unwrap();
-    assert!(message.contains("UTF-8"), "{message}");
+    assert!(
+        message.contains("UTF-8") && !message.contains('µ'),
+        "{message}"
+    );
 }
 
 #[test]
@@ -197,6 +200,31 @@ fn what_is_said_of_changes_is_true() {
             "points.toml",
             &["grid.tied=[[\"torque\",\"speed\"]]"],
             &["`torque` is a column of `grid.points`, which cannot be tied"],
+        ),
+        (
+            "quickstart.toml",
+            &[
+                "grid.load=0.0001 * speed",
+                "grid.tied=[[\"load\",\"speed\"]]",
+            ],
+            &[
+                "`load` is an expression",
+                "remove `load` from tied",
+                ": 1 error;",
+            ],
+        ),
+        (
+            "quickstart.toml",
+            &[
+                "grid.load={from=0.1,to=\"0.3 N\",count=3}",
+                "grid.refine={levels=2}",
+            ],
+            &["[wrong-unit]", ": 1 error;"],
+        ),
+        (
+            "basins.toml",
+            &["contact.stop.gap="],
+            &["`contact.stop.gap` is not in the modal file"],
         ),
     ] {
         let output = checked(name, set);

@@ -93,7 +93,10 @@ fn what_excludes_stops_is_refused() {
     for (added, key) in [
         ("[run]\nkernel = \"closed_modes\"\n", "run.kernel"),
         ("[run]\nkernel = \"stepping\"\n", "run.kernel"),
-        ("[continuation]\nover = \"speed\"\n", "continuation.over"),
+        (
+            "[continuation]\nstarts = 5\n",
+            "`continuation` is not available",
+        ),
         (
             "[analyses.lyapunov]\n[analyses.covariant]\n",
             "analyses.covariant",

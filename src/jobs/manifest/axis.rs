@@ -169,6 +169,12 @@ impl AxisValues {
         }
     }
 
+    /// Whether there are different values.
+    pub(super) fn vary(&self) -> bool {
+        let (low, high) = self.ends();
+        low < high
+    }
+
     /// The indices of the values, from the smallest value to the largest.
     pub(super) fn ascending(&self) -> Ascending {
         match &self.0 {

@@ -173,8 +173,8 @@ pub(super) fn increases(issues: &Issues, column: &Quantities, list: &ListOf) -> 
 }
 
 impl Column {
-    /// Whether the unit of the column has the dimension `wanted`; `None` accepts every known unit. A column
-    /// without a unit fits. Reports a wrong unit.
+    /// Whether the unit of the column has the dimension `wanted`; `None` (contact damping) accepts every known unit.
+    /// A column without a unit fits. Reports a wrong unit.
     pub fn unit_fits(&self, issues: &Issues, path: &str, wanted: Option<Dimension>) -> bool {
         let Some((unit, span)) = &self.unit else {
             return true;
@@ -186,14 +186,16 @@ impl Column {
             (None, Some(_)) => false,
         };
         if !fits {
-            let (name, wanted) = (&self.name.key, wanted.unwrap_or(Dimension::Ratio));
-            let units = match wanted.units() {
-                "" => "no unit: write only the name".to_owned(),
-                units => units.to_owned(),
+            let (needed, units) = match wanted {
+                None => ("a damping ratio or coefficient", "%, N*s/m"),
+                Some(wanted) if wanted.units().is_empty() => {
+                    (wanted.name(), "no unit: write only the name")
+                }
+                Some(wanted) => (wanted.name(), wanted.units()),
             };
-            let message = format!("`{unit}` is not a unit of `{name}`");
+            let message = format!("`{unit}` is not a unit of `{}`", self.name.key);
             Diagnostic::new(DiagnosticKind::WrongUnit, *span, path, message)
-                .label(format!("{} is needed here", wanted.name()))
+                .label(format!("{needed} is needed here"))
                 .accepted(units)
                 .remedy("write the unit after the name of the column, such as speed [rpm]")
                 .report(issues);

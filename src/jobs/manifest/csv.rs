@@ -1,8 +1,11 @@
 //! A list of points as a spreadsheet writes it: a header line with names and units, `speed [rpm]`, then a line of
-//! numbers per point. Commas, semicolons or tabs separate columns. Empty lines and lines that begin with `#` are
-//! ignored.
+//! numbers per point. Commas, semicolons or tabs separate columns, except in quotes and in indices in brackets.
+//! Empty lines and lines that begin with `#` are ignored.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
+
+/// Characters that may separate columns. The first that a header has separates those of its list.
+const SEPARATORS: [char; 3] = [',', ';', '\t'];
 
 /// Texts for messages about a list of points.
 #[derive(Debug)]
@@ -55,8 +58,8 @@ pub(super) fn read(
         reader.fault(DiagnosticKind::Empty, at, message, "no entries", remedy);
         return None;
     };
-    let separators = [',', ';', '\t'];
-    let parting = (separators.into_iter()).find(|c| head.contains(*c));
+    let parting = (SEPARATORS.into_iter())
+        .find(|wanted| separators(head).any(|(_, separator)| separator == *wanted));
     let mut reader = Reader::new(source, parting.unwrap_or(','), list, issues);
     let mut columns = reader.header(start, head)?;
     let mut points = 0;
@@ -140,7 +143,8 @@ impl<'i> Reader<'i> {
         Some(columns)
     }
 
-    /// Name of a column and its unit, in the last brackets: earlier ones belong to the name, as in `harmonics[1] [um]`.
+    /// Name of a column and its unit, in the last brackets: earlier ones and indices directly after the name belong to
+    /// the name, as in `harmonics[1] [um]` and `stiffness_matrix[1,2]`.
     fn name_and_unit<'t>(&mut self, cell: Cell<'t>) -> Option<(&'t str, Unit)> {
         let Some((name, rest)) = cell.text.rsplit_once('[') else {
             return Some((cell.text, None));
@@ -151,6 +155,10 @@ impl<'i> Reader<'i> {
             self.fault(DiagnosticKind::Syntax, cell, message, "no ]", remedy);
             return None;
         };
+        let is_index = !unit.is_empty() && unit.bytes().all(|b| b.is_ascii_digit() || b == b',');
+        if is_index && name.ends_with(|c: char| !c.is_whitespace()) {
+            return Some((cell.text, None));
+        }
         let span = self.span(cell.start + name.len() + 1, unit.len());
         let unit = unit.trim();
         // A ratio has an empty unit, or 1.
@@ -228,22 +236,49 @@ fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
+/// The separators of a line with their bytes, except those in quotes around a cell and in indices in brackets.
+fn separators(line: &str) -> impl Iterator<Item = (usize, char)> {
+    let (mut end, mut cell_begins) = (0, true);
+    line.char_indices().filter(move |&(at, character)| {
+        if at < end {
+            return false;
+        }
+        let rest = &line[at + character.len_utf8()..];
+        let is_of_index = |c: char| c.is_ascii_digit() || c == ',';
+        let length = match character {
+            '"' if cell_begins => rest.find('"'),
+            '[' => rest
+                .find(|c: char| !is_of_index(c))
+                .filter(|&length| rest[length..].starts_with(']')),
+            _ => None,
+        };
+        end = length.map_or(at, |length| at + 1 + length);
+        let separates = SEPARATORS.contains(&character);
+        cell_begins = separates || cell_begins && character.is_whitespace();
+        separates
+    })
+}
+
 /// The cells of a line, without quotes around them.
 fn cells(line: &str, start: usize, parting: char) -> impl Iterator<Item = Cell<'_>> {
-    let mut next = start;
-    line.split(parting).map(move |cell| {
-        let mut at = next + (cell.len() - cell.trim_start().len());
-        next += cell.len() + 1;
-        let trimmed = cell.trim();
-        let bare = trimmed
-            .strip_prefix('"')
-            .and_then(|rest| rest.strip_suffix('"'));
-        at += usize::from(bare.is_some());
-        Cell {
-            text: bare.unwrap_or(trimmed),
-            start: at,
-        }
-    })
+    let ends = separators(line).filter(move |(_, separator)| *separator == parting);
+    let mut next = 0;
+    ends.map(|(end, _)| end)
+        .chain([line.len()])
+        .map(move |end| {
+            let cell = &line[next..end];
+            let mut at = start + next + (cell.len() - cell.trim_start().len());
+            next = end + 1;
+            let trimmed = cell.trim();
+            let bare = trimmed
+                .strip_prefix('"')
+                .and_then(|rest| rest.strip_suffix('"'));
+            at += usize::from(bare.is_some());
+            Cell {
+                text: bare.unwrap_or(trimmed),
+                start: at,
+            }
+        })
 }
 
 #[cfg(test)]
@@ -288,12 +323,48 @@ mod tests {
     }
 
     #[test]
+    fn indices_belong_to_the_name() {
+        for (text, names, units) in [
+            (
+                "m[1,2];speed [rpm]\n1;2\n",
+                ["m[1,2]", "speed"],
+                [None, Some("rpm")],
+            ),
+            (
+                "\"m[1,2]\",f[1]\n1,\"2\"\n",
+                ["m[1,2]", "f[1]"],
+                [None, None],
+            ),
+            (
+                "f[2] [rad/s],load [1]\n1,2\n",
+                ["f[2]", "load"],
+                [Some("rad/s"), None],
+            ),
+        ] {
+            let sheet = sheet(text).unwrap();
+            let found: Vec<&str> = sheet.iter().map(|column| column.name.as_str()).collect();
+            let unit = |column: &SheetColumn| column.unit.as_ref().map(|(unit, _)| unit.clone());
+            assert_eq!(found, names, "{text}");
+            assert_eq!(
+                sheet.iter().map(unit).collect::<Vec<_>>(),
+                units.map(|unit| unit.map(str::to_owned)),
+                "{text}"
+            );
+            assert_eq!(
+                sheet.iter().map(|column| column.cells[0].1).sum::<f64>(),
+                3.0
+            );
+        }
+    }
+
+    #[test]
     fn faults_stand_where_they_are() {
         for (text, spot, remedy) in [
             ("", "", "begin with"),
             ("speed,load\n", "speed,load", "at least one line"),
             ("speed,load\n1,2,3\n", "1,2,3", "decimal point"),
             ("speed;load\n1;0,5\n", "0,5", "0.5"),
+            ("speed,load\n1,\"0,5\"\n", "0,5", "0.5"),
             ("speed,load\n1,\n", "", "give a number"),
             ("speed,speed\n1,2\n", "speed", "keep one"),
             ("speed [rpm,load\n1,2\n", "speed [rpm", "brackets"),

@@ -234,10 +234,13 @@ impl Issues {
     }
 
     pub fn push(&self, diagnostic: Diagnostic) {
-        let is_warning = |diagnostic: &&Diagnostic| diagnostic.kind.is_warning();
-        let warnings = || self.found.borrow().iter().filter(is_warning).count();
-        if !diagnostic.kind.is_warning() || warnings() < MOST_WARNED {
-            self.push_with(|| diagnostic);
+        if !diagnostic.kind.is_warning() {
+            return self.push_with(|| diagnostic);
+        }
+        let mut found = self.found.borrow_mut();
+        let warnings = found.iter().filter(|known| known.kind.is_warning()).count();
+        if found.len() < MOST_KEPT && warnings < MOST_WARNED {
+            found.push(diagnostic);
         }
     }
 

@@ -7,6 +7,7 @@ use crate::units::plural;
 use codespan_reporting::diagnostic as codespan;
 use codespan_reporting::term;
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::fmt::Write;
 
 /// Number of faults in the readable text; programs get all that were kept.
@@ -106,7 +107,8 @@ fn take_sorted(issues: &Issues) -> Vec<Diagnostic> {
     let mut diagnostics = issues.found.take();
     let sources = issues.sources.borrow();
     diagnostics.sort_by_key(|d| (d.kind.is_warning(), d.span.source, d.span.start, d.span.end));
-    diagnostics.dedup_by(|a, b| (a.kind, a.span, &a.key) == (b.kind, b.span, &b.key));
+    let mut seen = HashSet::new();
+    diagnostics.retain(|d| seen.insert((d.kind, d.span, d.key.clone())));
     for diagnostic in &mut diagnostics {
         let source = &sources[diagnostic.span.source];
         if diagnostic.kind != DiagnosticKind::Unreadable || !source.text.is_empty() {

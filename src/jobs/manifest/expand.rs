@@ -112,28 +112,31 @@ pub(super) fn expand(
         let number = combinations.first_like(number);
         if !checked_numbers.insert(number) {
             if let Some(known) = variants.get(&number).filter(|_| hashed) {
-                hash.resolved(known);
+                hash.add(known);
             }
             continue;
         }
         let index = combinations.places(number);
-        let before = issues.found.borrow().len();
+        // The limits of the list of faults act on each combination, then on all that differ.
         let counted = issues.count();
+        let earlier = (issues.found.take(), issues.more.take());
         let resolved = substitute(tree, &keys, &index, issues)
             .then(|| resolve(&Section::root(tree, issues, MANIFEST), context))
             .flatten();
         checked += 1;
-        if resolved.is_none() && issues.count() == 0 {
+        if resolved.is_none() && counted + issues.count() == 0 {
             // A combination that cannot be resolved is an error, even if no section gives a reason.
             Diagnostic::new(DiagnosticKind::Inconsistent, tree.span, "", INCONSISTENT)
                 .label("these values")
                 .report(issues);
         }
-        faulty += usize::from(issues.count() > counted);
-        keep_new_faults(issues, before, &mut faults, &keys, &index);
+        faulty += usize::from(issues.count() > 0);
+        let found = issues.found.replace(earlier.0);
+        issues.more.set(earlier.1 + issues.more.get());
+        keep_new_faults(issues, found, &mut faults, &keys, &index);
         if let Some(mut resolved) = resolved.filter(|_| issues.count() == 0) {
             if hashed {
-                hash.resolved(&resolved);
+                hash.add(&resolved);
             }
             if let Some((_, last)) = variants.last_key_value() {
                 resolved.share(last);
@@ -198,11 +201,11 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
     fits
 }
 
-/// Drops new faults that an earlier combination already has. Adds the values of this combination to the
-/// others.
+/// Records the faults found in a combination, except those that an earlier one already has, with the values of this
+/// combination.
 fn keep_new_faults(
     issues: &Issues,
-    before: usize,
+    found: Vec<Diagnostic>,
     faults: &mut Faults,
     keys: &[&GridAxis],
     index: &[usize],
@@ -218,8 +221,7 @@ fn keep_new_faults(
         .join(", ");
     let of_file = (keys.iter()).any(|key| modal_keys::is_modal_number_name(key.axis.name()));
     let mut seen_here = HashSet::new();
-    let new = issues.found.borrow_mut().split_off(before);
-    for diagnostic in new {
+    for diagnostic in found {
         let identity = (diagnostic.kind, diagnostic.span, diagnostic.key.clone());
         if !seen_here.insert(identity.clone()) {
             continue;
@@ -235,14 +237,15 @@ fn keep_new_faults(
         } else {
             diagnostic
         };
-        faults.insert(
-            identity,
-            Occurrence {
-                index: issues.found.borrow().len(),
-                combinations: 1,
-            },
-        );
+        let occurrence = Occurrence {
+            index: issues.found.borrow().len(),
+            combinations: 1,
+        };
         issues.push(diagnostic);
+        // A full list has dropped or counted it.
+        if issues.found.borrow().len() > occurrence.index {
+            faults.insert(identity, occurrence);
+        }
     }
 }
 
@@ -267,6 +270,7 @@ struct KeptPoint {
     /// Axes given by expressions. Each comes after the axes in its expression.
     derived: Vec<(AxisKey, Dimension, Expression)>,
     housings: HashMap<PathBuf, Option<Arc<Housing>>>,
+    torque_curves: HashMap<PathBuf, Option<Vec<[f64; 2]>>>,
 }
 
 impl PointResolver {
@@ -291,6 +295,7 @@ impl PointResolver {
             base_dir: context.base_dir.to_path_buf(),
             modal_files: context.modal_files,
             housings: context.housings,
+            torque_curves: context.torque_curves,
             derived: Vec::new(),
         }))
     }
@@ -324,7 +329,7 @@ impl PointResolver {
     /// Sets the mesh and the excitation of a point by its axis values, and its model if values of the modal
     /// file change. `None` if the manifest would be faulty with these values.
     pub(super) fn resolve(&self, point: &mut PointSpec) -> Option<()> {
-        let resolved = self.combine(&point.axis_values, None).ok()?;
+        let resolved = self.combined(&point.axis_values, Vec::new(), None).ok()?;
         if self.0.modal_changed {
             point.model = resolved.model;
         }
@@ -377,12 +382,8 @@ impl PointResolver {
         self.combined(&point.axis_values, nodes, Some(&like))
     }
 
-    /// Resolves values of the model keys. Shares the parts that are equal to those of `like`. The error is a
-    /// sentence about inconsistent values.
-    fn combine(&self, values: &[f64], like: Option<&Variant>) -> Result<Variant, String> {
-        self.combined(values, Vec::new(), like)
-    }
-
+    /// Resolves values of the model keys after putting further nodes into the tree. Shares the parts that are equal to
+    /// those of `like`. The error is a sentence about inconsistent values.
     fn combined(
         &self,
         values: &[f64],
@@ -411,6 +412,7 @@ impl PointResolver {
         context.half_gap_varies = varies;
         context.modal_files.clone_from(&kept.modal_files);
         context.housings.clone_from(&kept.housings);
+        context.torque_curves.clone_from(&kept.torque_curves);
         context.last_drive = like.map(|like| like.model.source.clone());
         let resolved = resolve(&Section::root(&tree, &issues, MANIFEST), &mut context);
         let diagnostics = issues.found.borrow();
@@ -495,7 +497,7 @@ impl Expansion {
         }
         let values = keys.iter().zip(combinations.places(number));
         let values: Vec<f64> = values.map(|(key, i)| key.axis.values.get(i)).collect();
-        match self.between.combine(&values, Some(near)) {
+        match self.between.combined(&values, Vec::new(), Some(near)) {
             Ok(variant) => {
                 let mut variants = lock_variants();
                 if variants.len() >= MOST_KEPT {

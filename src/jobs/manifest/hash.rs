@@ -2,8 +2,7 @@
 //! Comments, layout, order of keys, the unit in which a quantity is written, and the job's name do not
 //! matter. Everything that can change a result does.
 
-use super::grid_dimension::GridDimension;
-use super::spec::{Axis, Carried, Refine, Variant};
+use super::spec::{Axis, Carried};
 use super::tree::{Entry, Node, Value};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -29,21 +28,6 @@ impl JobHash {
         self.0.finalize().to_hex().to_string()
     }
 
-    /// Adds the dimensions of the grid, which show the axes that advance in step.
-    pub fn tied(&mut self, dimensions: &[GridDimension]) {
-        self.add(&dimensions);
-    }
-
-    /// Adds the refinement of the grid.
-    pub fn refined(&mut self, refine: &Refine) {
-        self.add(refine);
-    }
-
-    /// Adds all data of the points of one combination of model keys.
-    pub fn resolved(&mut self, resolved: &Variant) {
-        self.add(resolved);
-    }
-
     /// Adds the tree of a manifest, except job and grid, if some combinations were not resolved in advance.
     /// Equal quantities in different units then give different hashes. Layout and order of keys do not
     /// matter.
@@ -55,7 +39,8 @@ impl JobHash {
         self.add(&entries);
     }
 
-    fn add(&mut self, values: &impl Serialize) {
+    /// Adds values.
+    pub fn add(&mut self, values: &impl Serialize) {
         match postcard::to_stdvec(values) {
             Ok(bytes) => self.0.update(&bytes),
             // Only sequences of unknown length or faulty implementations cause this.

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use super::diagnostic::Issues;
+use super::expression::Expression;
 use super::set;
 use super::tree::{self, Node, Value};
 use crate::units;
@@ -49,7 +50,7 @@ impl fmt::Display for ManifestText<'_> {
 
 fn unit(node: &Node) -> Option<String> {
     match &node.value {
-        Value::Text(text) => {
+        Value::Text(text) if !Expression::is_one(text) => {
             let (_, unit) = units::split(text)?;
             (!unit.is_empty()).then(|| unit.to_owned())
         }
@@ -101,6 +102,11 @@ mod tests {
             found(GRID, &["grid.\"mesh.half_gap\"=0.01 mm", "grid.speed=600"]),
             changed
         );
+        let tied = found(
+            "[grid]\nspeed = \"600 rpm\"\nload = \"0.01 * speed^2\"\n",
+            &[],
+        );
+        assert_eq!(tied, pairs(&[("speed", "rpm")]));
         assert!(found("no manifest", &[]).is_empty());
     }
 }

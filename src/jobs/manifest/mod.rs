@@ -181,10 +181,11 @@ fn resolve_manifest(
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     if axes.dimensions.iter().any(GridDimension::is_tied) {
-        hash.tied(&axes.dimensions);
+        // They show the axes that advance in step.
+        hash.add(&axes.dimensions);
     }
     if let Some(refine) = &axes.refine {
-        hash.refined(refine);
+        hash.add(refine);
     }
     let judged = expand::expand(
         &mut tree,

@@ -177,7 +177,10 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
     let Some(index) = names.iter().position(|listed| *listed == entry_name) else {
         let near = schema::nearest(entry_name, &names);
         return Err(MissingElement {
-            near: near.map(|near| name.replacen(entry_name, near, 1)),
+            near: near.map(|near| {
+                let below = &name[list.len() + 1 + entry_name.len()..];
+                format!("{list}.{near}{below}")
+            }),
             ..fault(list, format!("has no entry named `{entry_name}`"))
         });
     };
@@ -263,6 +266,9 @@ mod tests {
         [[contact]]
         name = "stop"
         gap = 3.0
+        [[contact]]
+        name = "cone"
+        gap = 4.0
     "#;
 
     fn tree_of(text: &str) -> Node {
@@ -312,6 +318,7 @@ mod tests {
     fn names_that_lead_nowhere_tell_what_was_meant() {
         for (name, holder, near) in [
             ("contact.stp.gap", "contact", Some("contact.stop.gap")),
+            ("contact.con.gap", "contact", Some("contact.cone.gap")),
             (
                 "contact.stop.gapp",
                 "contact.stop.gapp",

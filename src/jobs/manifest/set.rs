@@ -87,14 +87,17 @@ pub(super) fn apply_to_modal_file(tree: &mut Node, changes: &[Changed], issues: 
 }
 
 fn nothing_to_remove(changed: &Changed) -> Diagnostic {
+    let file = if changed.is_of_modal_file() { "modal file" } else { "manifest" };
     Diagnostic::new(
         DiagnosticKind::UnknownKey,
         changed.key_span,
         &changed.name(),
-        format!("`{}` is not in the manifest", changed.name()),
+        format!("`{}` is not in the {file}", changed.name()),
     )
     .label("nothing to remove")
-    .remedy("--set KEY= removes a key from the manifest; give a value, or remove this --set")
+    .remedy(format!(
+        "--set KEY= removes a key from the {file}; give a value, or remove this --set"
+    ))
 }
 
 fn no_element(changed: &Changed, end: MissingElement) -> Diagnostic {

@@ -30,16 +30,11 @@ pub(super) fn or_report(
     (key, what, name): (&str, &str, &str),
     remedy: &str,
 ) -> Option<usize> {
-    let error = match source {
-        Ok(source) => return Some(source),
-        Err(TextError::Reported) => return None,
-        Err(TextError::Unreadable(error)) => error,
-    };
-    let message = format!("{what} `{name}` cannot be read: {error}");
-    let span = Span::start_of(issues.add_source(name.to_owned(), String::new()));
-    Diagnostic::new(DiagnosticKind::Unreadable, span, key, message)
-        .remedy(remedy)
-        .fail(issues)
+    source_or_report(source, issues, |error| {
+        let message = format!("{what} `{name}` cannot be read: {error}");
+        let span = Span::start_of(issues.add_source(name.to_owned(), String::new()));
+        Diagnostic::new(DiagnosticKind::Unreadable, span, key, message).remedy(remedy)
+    })
 }
 
 /// Reads the file that a key names, and adds it to the sources; reports failures.
@@ -49,16 +44,25 @@ pub(super) fn read_named(
     what: &str,
     (key, span): (&str, Span),
 ) -> Option<usize> {
-    let error = match read(issues, path, what) {
-        Ok(source) => return Some(source),
-        Err(TextError::Reported) => return None,
-        Err(TextError::Unreadable(error)) => error,
-    };
-    let message = format!("{what} `{}` cannot be read: {error}", path.display());
-    Diagnostic::new(DiagnosticKind::Unreadable, span, key, message)
-        .label("named here")
-        .remedy("check the path; a relative path starts at the folder of the manifest")
-        .fail(issues)
+    source_or_report(read(issues, path, what), issues, |error| {
+        let message = format!("{what} `{}` cannot be read: {error}", path.display());
+        Diagnostic::new(DiagnosticKind::Unreadable, span, key, message)
+            .label("named here")
+            .remedy("check the path; a relative path starts at the folder of the manifest")
+    })
+}
+
+/// The index of a text, or the report of a file that cannot be read.
+fn source_or_report(
+    source: Result<usize, TextError>,
+    issues: &Issues,
+    fault: impl FnOnce(io::Error) -> Diagnostic,
+) -> Option<usize> {
+    match source {
+        Ok(source) => Some(source),
+        Err(TextError::Reported) => None,
+        Err(TextError::Unreadable(error)) => fault(error).fail(issues),
+    }
 }
 
 /// Reads a text from a stream to its end and adds it to the sources under a name.
@@ -86,11 +90,15 @@ fn add(issues: &Issues, name: String, bytes: Vec<u8>, what: &str) -> Result<usiz
             let span = Span { source, start, end };
             let message =
                 format!("{what} is not UTF-8: the byte 0x{byte:02x} does not begin a character");
+            let remedy = match byte {
+                0xb5 => {
+                    "save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\""
+                }
+                _ => "save the file as UTF-8",
+            };
             Diagnostic::new(DiagnosticKind::Unreadable, span, "", message)
                 .label("here")
-                .remedy(
-                    "save the file as UTF-8; in Latin-1 `µ` is this byte: write \"um\" for \"µm\"",
-                )
+                .remedy(remedy)
                 .report(issues);
             Err(TextError::Reported)
         }

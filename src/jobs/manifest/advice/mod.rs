@@ -56,7 +56,9 @@ pub fn advice(job: &Job) -> Vec<Advice> {
             .iter()
             .any(|warning| warning.key == key);
         if kind == AdviceKind::Suspect
-            && let Some(meant) = text.root.at(&key).and_then(|node| bare(node, &key))
+            && let Some(node) = text.root.at(&key)
+            && let Some(spec) = schema::find(schema::MANIFEST, &key)
+            && let Some(meant) = reader::meant(&node.value, spec)
         {
             message = format!("{message}; {meant}");
         }
@@ -96,11 +98,6 @@ pub fn advice(job: &Job) -> Vec<Advice> {
     }
     found.sort_by_key(|advice| (advice.kind == AdviceKind::NoEffect, advice.place));
     found
-}
-
-/// Likely meaning of a number without a unit.
-fn bare(node: &Node, key: &str) -> Option<String> {
-    reader::meant(&node.value, schema::find(schema::MANIFEST, key)?)
 }
 
 /// A manifest and the places of its keys.

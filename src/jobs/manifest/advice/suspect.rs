@@ -8,6 +8,7 @@ use crate::gear::GearPair;
 use crate::manifest::schema::number;
 use crate::manifest::slip::length;
 use crate::manifest::{DampingSpec, StructureSource, Variant};
+use crate::shaft::GearPlace;
 use crate::units::short;
 use std::f64::consts::PI;
 
@@ -75,7 +76,10 @@ pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(S
     words.0.extend(sizes::of_shafts(&variant.model.source));
     budget(variant, &mut words);
     match &gears {
-        Some(gears) => drawing(gears, operating, &mut words),
+        Some(gears) => {
+            let keys = drawing_keys(&variant.model.source);
+            drawing(gears, &keys, operating, &mut words);
+        }
         None => words.add(
             operating.speed > MOST_SPEED && !oscillator,
             "grid.speed",
@@ -225,11 +229,30 @@ fn excitation(variant: &Variant, gears: Option<&GearPair>, words: &mut Words) {
     }
 }
 
-fn drawing(gears: &GearPair, operating: LargestOperation, words: &mut Words) {
+/// Keys of the module, the face width and the rated torque of a drawing.
+fn drawing_keys(source: &StructureSource) -> [String; 3] {
+    let StructureSource::Train(train) = source else {
+        return ["module", "face_width", "rated_torque"].map(|key| format!("gear.{key}"));
+    };
+    // Shafts of planets, which have other keys, come last.
+    let [one, two] = train.gears;
+    let GearPlace { shaft, gear } = if one.shaft < two.shaft { one } else { two };
+    let [module, width] =
+        ["module", "width"].map(|key| format!("train.shaft.{shaft}.gears.{gear}.{key}"));
+    [module, width, "train.rated_torque".to_owned()]
+}
+
+/// Advice on the drawing of the gears, with the [`drawing_keys`].
+fn drawing(
+    gears: &GearPair,
+    [module_key, width_key, torque_key]: &[String; 3],
+    operating: LargestOperation,
+    words: &mut Words,
+) {
     let (module, width) = (gears.module, gears.face_width);
     words.add(
         !(MODULE[0]..=MODULE[1]).contains(&module),
-        "gear.module",
+        module_key,
         format!(
             "{} is an unusual module (usual: 0.1 to 100 mm)",
             length(module)
@@ -238,7 +261,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, words: &mut Words) {
     let [pinion, wheel] = gears.pitch_radii();
     words.add(
         width > MOST_WIDTH * 2.0 * pinion,
-        "gear.face_width",
+        width_key,
         format!(
             "{} is {:.1} times the pinion's diameter, which is unusually wide (usual: up to 1 to 2)",
             length(width),
@@ -266,7 +289,7 @@ fn drawing(gears: &GearPair, operating: LargestOperation, words: &mut Words) {
     let pressure = (force * curvature / (width * PI * moduli.sum::<f64>())).sqrt();
     words.add(
         root > MOST_ROOT_STRESS || pressure > MOST_PRESSURE,
-        "gear.rated_torque",
+        torque_key,
         format!(
             "at the largest load of the grid the stress is about {:.2e} MPa at the tooth root and {:.2e} MPa on the \
              flank, which exceeds the strength of any steel",

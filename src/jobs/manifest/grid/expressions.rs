@@ -18,6 +18,13 @@ pub(super) struct Pending<'t> {
     expression: Expression,
 }
 
+impl Pending<'_> {
+    /// Name of its axis.
+    pub fn name(&self) -> &str {
+        &self.entry.key
+    }
+}
+
 /// Whether an entry is an expression.
 pub(super) fn is_one(entry: &Entry) -> bool {
     matches!(&entry.node.value, Value::Text(text) if Expression::is_one(text))

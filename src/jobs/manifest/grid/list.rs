@@ -55,7 +55,7 @@ fn axis(issues: &Issues, column: &Column) -> Option<GridAxis> {
     column
         .unit_fits(issues, &path, reader.dimension)
         .then_some(())?;
-    let values = all_or_none((column.values.iter()).map(|value| reader.one(value)))?;
+    let values = all_or_none((column.values.iter()).map(|value| reader.value(value, &path)))?;
     let spans = Spans::Each(column.values.iter().map(|value| value.span).collect());
     let dimension = reader.dimension.unwrap_or(Dimension::Ratio);
     let values = (AxisValues::each(values), spans);

@@ -105,7 +105,9 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
         }
     }
     let first = axes.valid.len();
-    let mut groups = tied::places(&ties, &axes.valid, &names, &axes.faulty, root.issues);
+    let expressions: Vec<&str> = derived.iter().map(expressions::Pending::name).collect();
+    let in_step = (&names[..], &expressions[..]);
+    let mut groups = tied::places(&ties, &axes.valid, in_step, &axes.faulty, root.issues);
     if let Some(list) = listed {
         axes.faulty.extend(list.faulty);
         groups.push((first..first + list.axes.len()).collect());

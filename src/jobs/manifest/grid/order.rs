@@ -54,7 +54,7 @@ pub(super) fn read(
         if !faulty.is_empty() {
             return None;
         }
-        let last = axes.iter().rfind(|axis| varies(axis));
+        let last = axes.iter().rfind(|axis| axis.axis.values.vary());
         ("order", last.map_or("", |axis| axis.axis.name()))
     };
     if faulty.iter().any(|fault| fault == name) {
@@ -143,7 +143,7 @@ fn fault(
             label,
         ));
     }
-    if !varies(&axes[place]) {
+    if !axes[place].axis.values.vary() {
         return Some((
             DiagnosticKind::Inconsistent,
             format!("`{name}` has one value, so it cannot be swept"),
@@ -174,12 +174,6 @@ fn leaves_modes(name: &str) -> bool {
             .any(|table| name.starts_with(table))
 }
 
-/// Whether an axis has different values.
-fn varies(axis: &GridAxis) -> bool {
-    let (low, high) = axis.axis.values.ends();
-    low < high
-}
-
 /// A value that a tied axis has at several places.
 fn repeated_value(axis: &GridAxis) -> Option<f64> {
     let ascending = axis.axis.values.ascending();
@@ -194,7 +188,7 @@ fn sweepable_axes<'a>(axes: &'a [GridAxis], dimensions: &[GridDimension]) -> Vec
     (axes.iter().enumerate())
         .map(|(place, axis)| (place, axis.axis.name()))
         .filter(|&(place, name)| {
-            varies(&axes[place]) && fault(axes, dimensions, Some(place), name).is_none()
+            axes[place].axis.values.vary() && fault(axes, dimensions, Some(place), name).is_none()
         })
         .map(|(_, name)| name)
         .collect()

@@ -42,7 +42,10 @@ pub(super) fn read(
             .fail(root.issues);
     }
     let levels = levels?;
-    let varied = plane(section.span, root.issues, axes).filter(|_| whole)?;
+    if !whole {
+        return None;
+    }
+    let varied = plane(section.span, root.issues, axes)?;
     let nested = NestedGrid {
         coarse: varied.map(|axis| axes[axis].axis.values.len()),
         levels,

@@ -53,9 +53,11 @@ pub(super) struct DrawnAxes {
 
 /// Whether an axis is written as a distribution.
 pub(super) fn is_distribution(node: &Node) -> bool {
-    let is_distribution_key =
-        |entry: &Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
     matches!(&node.value, Value::Table(entries) if entries.iter().any(is_distribution_key))
+}
+
+fn is_distribution_key(entry: &Entry) -> bool {
+    entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str())
 }
 
 /// The distribution of an axis; `None` if there is a fault, which is reported. Relative paths start at `base_dir`.
@@ -223,8 +225,6 @@ impl DistributionReader<'_> {
         let Value::Table(entries) = &node.value else {
             return None;
         };
-        let is_distribution_key =
-            |entry: &&Entry| entry.key == TRUNCATE || LAWS.contains(&entry.key.as_str());
         if let Some(entry) = entries.iter().find(|entry| !is_distribution_key(entry)) {
             let near = schema::nearest(&entry.key, &LAWS).map(|near| format!("`{near}`"));
             let message = format!("a distribution has no key `{}`", entry.key);
@@ -390,7 +390,7 @@ impl DistributionReader<'_> {
                     .fail(self.axis.issues);
             }
         };
-        let mut values = all_or_none(items.iter().map(|item| self.axis.one(item)))?;
+        let mut values = all_or_none(items.iter().map(|item| self.axis.value(item, self.axis.path)))?;
         values.sort_by(f64::total_cmp);
         Some(Law::Empirical(values.into()))
     }

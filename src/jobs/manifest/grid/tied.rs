@@ -90,12 +90,12 @@ fn names(section: &Section, group: &Node) -> Option<TiedGroup> {
 }
 
 /// The indices of the axes of every group. A group with an unknown axis or with axes of different lengths is omitted
-/// and reported. `columns` are those of a list of points, which already advance in step. Faults of axes in `faulty`
-/// have been reported.
+/// and reported. `columns` of a list of points and axes given by `expressions` already advance in step. Faults of axes
+/// in `faulty` have been reported.
 pub(super) fn places(
     ties: &[TiedGroup],
     axes: &[GridAxis],
-    columns: &[String],
+    (columns, expressions): (&[String], &[&str]),
     faulty: &[String],
     issues: &Issues,
 ) -> Vec<Vec<usize>> {
@@ -111,6 +111,15 @@ pub(super) fn places(
             Diagnostic::new(DiagnosticKind::Inconsistent, tie.span, "grid.tied", message)
                 .label("advances with the other columns")
                 .remedy(remedy)
+                .report(issues);
+            continue;
+        }
+        if let Some(name) = (tie.names.iter()).find(|name| expressions.contains(&name.as_str())) {
+            let message =
+                format!("`{name}` is an expression, which ties it to the axes in the expression");
+            Diagnostic::new(DiagnosticKind::Inconsistent, tie.span, "grid.tied", message)
+                .label("tied already")
+                .remedy(format!("remove `{name}` from tied"))
                 .report(issues);
             continue;
         }

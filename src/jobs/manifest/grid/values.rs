@@ -3,7 +3,7 @@
 use super::axis_key::{axis_key, dimension_of};
 use crate::manifest::axis::AxisValues;
 use crate::manifest::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
-use crate::manifest::reader::{Given, all_or_none};
+use crate::manifest::reader::{EXACT, Given, all_or_none};
 use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Entry, Node, Value};
 use crate::units::{self, Dimension};
@@ -70,14 +70,8 @@ impl<'a> AxisReader<'a> {
         }
     }
 
-    /// One value of a column in SI.
-    pub fn one(&mut self, node: &Node) -> Option<f64> {
-        let path = self.path;
-        self.value(node, path)
-    }
-
     /// One value in SI, in the range of its key. Consistency with other keys is checked when a point is resolved.
-    fn value(&mut self, node: &Node, path: &str) -> Option<f64> {
+    pub fn value(&mut self, node: &Node, path: &str) -> Option<f64> {
         if self.spec.kind == Kind::Integer {
             return self.whole(node, path);
         }
@@ -117,7 +111,6 @@ impl<'a> AxisReader<'a> {
 
     /// A whole number. An axis stores it as a double, which cannot represent the largest seeds.
     fn whole(&self, node: &Node, path: &str) -> Option<f64> {
-        const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
         let value = self.given(node, path).integer()?;
         if value > EXACT {
             let message = format!("`{path}` = {value} is too large for an axis");

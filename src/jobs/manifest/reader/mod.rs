@@ -5,7 +5,7 @@ mod default;
 mod value;
 
 pub(super) use default::default_of;
-pub(super) use value::{Given, meant};
+pub(super) use value::{EXACT, Given, meant};
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use super::schema::{self, Key, Kind, Schema};

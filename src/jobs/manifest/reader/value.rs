@@ -5,6 +5,9 @@ use crate::manifest::schema::{self, Key, Kind};
 use crate::manifest::tree::{Node, Value};
 use crate::units::{self, Dimension, QuantityError};
 
+/// Largest whole number up to which a double represents every whole number.
+pub(in crate::manifest) const EXACT: u64 = 1 << f64::MANTISSA_DIGITS;
+
 /// A value with its path and the schema's entry of its key. Its methods read the value and record faults.
 #[derive(Clone, Copy)]
 pub(in crate::manifest) struct Given<'a> {
@@ -126,7 +129,9 @@ impl<'a> Given<'a> {
         let path = self.path;
         let value = match self.node.value {
             Value::Integer(value) => value,
-            Value::Sample(value, _) if value.fract() == 0.0 && value.abs() < 9e15 => value as i64,
+            Value::Sample(value, _) if value.fract() == 0.0 && value.abs() <= EXACT as f64 => {
+                value as i64
+            }
             Value::Sample(value, _) | Value::Float(value) => {
                 let value = schema::number(value);
                 let message = format!("`{path}` must be a whole number, not {value}");

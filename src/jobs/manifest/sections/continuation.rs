@@ -77,13 +77,8 @@ fn single_valued<'a>(section: &Section, axes: &[&'a Axis]) -> Option<&'a str> {
             return None;
         };
         let found = axes.iter().find(|axis| axis.name() == name)?;
-        (!is_varied(found)).then(|| found.name())
+        (!found.values.vary()).then(|| found.name())
     })
-}
-
-fn is_varied(axis: &Axis) -> bool {
-    let (low, high) = axis.values.ends();
-    low < high
 }
 
 fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {
@@ -117,7 +112,7 @@ fn axis(
         true => section.text(key)?,
         false if !faulty.is_empty() => return None,
         false => (axes.iter().enumerate())
-            .rfind(|(place, axis)| is_varied(axis) && !is_tied(*place))
+            .rfind(|(place, axis)| axis.values.vary() && !is_tied(*place))
             .map_or("", |(_, axis)| axis.name()),
     };
     if faulty.iter().any(|fault| fault == name) {
@@ -148,7 +143,7 @@ fn axis(
     };
     let fitting: Vec<&str> = (axes.iter().enumerate())
         .filter(|(place, axis)| {
-            is_varied(axis) && !is_tied(*place) && Parameter::named(axis.name()).is_ok()
+            axis.values.vary() && !is_tied(*place) && Parameter::named(axis.name()).is_ok()
         })
         .map(|(_, axis)| axis.name())
         .collect();

@@ -17,6 +17,9 @@ pub(super) fn read(
     misalignment: Option<f64>,
 ) -> Option<StiffnessSpec> {
     let gears = mesh_context.gears;
+    let continuous = section.has("stiffness")
+        && matches!(section.entry("stiffness")?.node.value, Value::Text(ref text) if text == "continuous");
+    let law = if continuous { "continuous" } else { "table" };
     section.without_effect(
         &[
             "mean_stiffness",
@@ -24,11 +27,9 @@ pub(super) fn read(
             "single_pair_drop",
             "values",
         ],
-        "with stiffness = \"table\": the drawing of the gears determines it",
+        &format!("with stiffness = \"{law}\": the drawing of the gears determines it"),
         "remove it, or set stiffness = \"piecewise\"",
     );
-    let continuous = section.has("stiffness")
-        && matches!(section.entry("stiffness")?.node.value, Value::Text(ref text) if text == "continuous");
     if continuous {
         section.without_effect(
             &["segments"],
@@ -160,8 +161,8 @@ fn pairs(
     }
     section.without_effect(
         &["face", "segments", "shaft_tilt"],
-        "with resolution = \"pairs\": springs follow the mesh phase and the tilt of the shafts at every instant",
         "with resolution = \"pairs\": its springs follow the mesh phase and the tilt of the shafts at every instant",
+        "remove it, or set resolution = \"secant\" or \"mean_load\"",
     );
     if gears.is_some_and(|pair| pair.helix_angle != 0.0) {
         let message = "resolution = \"pairs\" makes pairs of teeth separate springs, which requires spur gears";

@@ -14,8 +14,8 @@ const EXCLUDED: [Excluded<'_>; 2] = [
         "set kernel = \"volterra\" or \"auto\", or remove mesh.film",
     ),
     (
+        "",
         "continuation",
-        "over",
         &[],
         "is not available: orbits through a film of oil cannot be followed over a parameter",
         "remove the table, or mesh.film",
@@ -137,7 +137,7 @@ mod tests {
             ),
             ("viscosity = 0.02\ndepth = 1", "depth"),
             (
-                "viscosity = 0.02\n[continuation]\nover = \"speed\"",
+                "viscosity = 0.02\n[continuation]\nstarts = 5",
                 "not with a film of oil",
             ),
         ] {

@@ -191,7 +191,10 @@ fn modal(
         section.without_effect(&["length"], why, "remove it");
     }
     let modes = structure.as_ref().map(|structure| structure.modes());
-    let retained = retained(section, modes, 1);
+    let rigid = structure
+        .as_ref()
+        .map_or(1, |structure| structure.rigid_modes().max(1));
+    let retained = retained(section, modes, rigid);
     Some(ModelSpec {
         source: context.shared(StructureSource::Modal(structure?)),
         modes: modes?,

@@ -105,17 +105,14 @@ fn shaft(
     let end_inertia = table.quantity("end_inertia");
     let viscous = table.quantity("drag");
     let constant = table.quantity("drag_torque");
-    let either = |key: &str| {
-        let section = if table.has(key) { &table } else { shared };
-        if table.has(key) && shared.has(key) {
-            // An overridden value is still checked.
-            _ = shared.quantity(key);
-        }
-        section.quantity(key)
+    let layers = LayeredTable {
+        shared_table: shared.clone(),
+        override_table: Some(table.clone()),
     };
+    let either = |key: &str| layers.value(key, |section| section.quantity(key));
     let (span, overhang) = (either("span"), either("overhang"));
     let place = "gear_position";
-    let gear_position = if has_effect(kind, place) || table.has(place) || shared.has(place) {
+    let gear_position = if has_effect(kind, place) || layers.of(place).has(place) {
         either(place)
     } else {
         // The position has no effect.

@@ -4,7 +4,7 @@ use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::ModelSpec;
 
-/// An excluded key: table, key, excluded values (empty for all), reason, remedy.
+/// An excluded key: table (empty for the top level), key, excluded values (empty for all), reason, remedy.
 pub(super) type Excluded<'a> = (
     &'static str,
     &'static str,
@@ -78,7 +78,7 @@ pub(super) fn check(root: &Section, model: Option<&ModelSpec>) {
                     &covariant,
                     &remedy("the analysis"),
                 ),
-                ("continuation", "over", &[], &over, &remedy("the table")),
+                ("", "continuation", &[], &over, &remedy("the table")),
             ];
             exclude(root, &keys, &label);
         }
@@ -88,7 +88,9 @@ pub(super) fn check(root: &Section, model: Option<&ModelSpec>) {
 /// Reports every excluded key that the manifest has.
 pub(super) fn exclude(root: &Section, keys: &[Excluded<'_>], label: &str) {
     for &(table, key, values, why, remedy) in keys {
-        let Some(section) = root.child(table).flatten() else {
+        let within = || root.child(table).flatten();
+        let section = if table.is_empty() { Some(root.clone()) } else { within() };
+        let Some(section) = section else {
             continue;
         };
         if !section.has(key) {

@@ -158,3 +158,27 @@ pub(super) fn turns(
     }
     Some(())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used)]
+    use crate::manifest::{self, Parameter};
+
+    const QUICKSTART: &str = include_str!("../../../../manifests/quickstart.toml");
+
+    #[test]
+    fn points_outside_the_grid_do_not_read_the_file_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("engine.csv");
+        std::fs::write(&file, "angle [deg],torque [N m]\n0,1\n90,2\n180,-1\n").unwrap();
+        let curve = "[excitation.torque_curve]\npoints = \"engine.csv\"\n";
+        let text = format!("{QUICKSTART}\n{curve}");
+        let job = manifest::parse(&text, "test.toml", folder.path()).unwrap();
+        std::fs::remove_file(&file).unwrap();
+        let half_gap = Parameter::named("mesh.half_gap").unwrap();
+        let first = job.points.at(0);
+        let changed = job.between.changed(&first, &[(&half_gap, 12e-6)]).unwrap();
+        assert_eq!(changed.mesh.half_gap, 12e-6);
+        assert_eq!(changed.excitation, first.excitation);
+    }
+}

@@ -107,8 +107,11 @@ pub enum CoastSpec {
     },
 }
 
-/// Number of phases at which extremes of a Fourier series are searched for.
-const FOURIER_PLACES: u32 = 4096;
+/// Number of phases per period of the highest harmonic at which extremes of a Fourier series are searched for.
+const PLACES_PER_PERIOD: u32 = 256;
+
+/// Least number of phases per mesh cycle for this search.
+const LEAST_PLACES: u32 = 4096;
 
 /// Stiffness over the mesh cycle.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -145,21 +148,26 @@ impl StiffnessSpec {
     }
 
     /// Smallest and largest stiffness over the mesh cycle \[N/m\]. For a Fourier series, the error is below
-    /// 0.3 % of the sum of the amplitudes, up to harmonic 100. `None` for a table, which is computed later.
+    /// 1/10 000 of the sum of the amplitudes. `None` for a table, which is computed later.
     pub fn extremes(&self) -> Option<[f64; 2]> {
         let levels = match self {
             Self::Constant(value) => vec![*value],
             Self::Piecewise(values) => values.to_vec(),
             Self::Continuous(levels) => levels.divisions().0,
-            Self::Fourier(mean, harmonics) => (0..FOURIER_PLACES)
-                .map(|place| {
-                    let phase = f64::from(place) / f64::from(FOURIER_PLACES);
-                    let terms = harmonics.iter().map(|term| {
-                        term.amplitude * (TAU * f64::from(term.harmonic) * phase + term.phase).cos()
-                    });
-                    mean + terms.sum::<f64>()
-                })
-                .collect(),
+            Self::Fourier(mean, harmonics) => {
+                let highest = harmonics.iter().map(|term| term.harmonic).max();
+                let places = LEAST_PLACES.max(PLACES_PER_PERIOD * highest.unwrap_or(0));
+                (0..places)
+                    .map(|place| {
+                        let phase = f64::from(place) / f64::from(places);
+                        let terms = harmonics.iter().map(|term| {
+                            let angle = TAU * f64::from(term.harmonic) * phase + term.phase;
+                            term.amplitude * angle.cos()
+                        });
+                        mean + terms.sum::<f64>()
+                    })
+                    .collect()
+            }
             Self::Table(_) => return None,
         };
         let pick = |better: fn(f64, f64) -> f64| levels.iter().copied().reduce(better);

@@ -168,9 +168,9 @@ pub(super) const KEYS: &[Key] = &[
         .about("Periodic orbits, stable or not. Newton's method seeks them from close returns of the motion and from \
                 given states."),
     key("analyses.orbits.periods", Kind::List("whole numbers from 1 to 64: mesh cycles"), ANY, "[1, 2, 4]").or("[1, 2]")
-        .about("Periods to seek, in mesh cycles. A period that is not a multiple of the base period counts base \
-                periods: the excitation repeats after 20 mesh cycles if a tooth of 20 has a fault, and 2 then seeks \
-                orbits of 40 mesh cycles."),
+        .about("Periods to seek, in mesh cycles. The base period is the period of the excitation. If a tooth of a gear \
+                with 20 teeth has a fault, the base period is 20 mesh cycles. A period that is not a multiple of the \
+                base period counts base periods: 2 then seeks orbits of 40 mesh cycles."),
     integer("analyses.orbits.periods.*", 1.0, 64.0, "2"),
     integer("analyses.orbits.guesses", 1.0, 10_000.0, "32").or("16")
         .about("Number of Newton searches per period."),

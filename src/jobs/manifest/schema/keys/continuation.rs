@@ -23,9 +23,10 @@ pub(super) const KEYS: &[Key] = &[
                 starts near static equilibrium, from the orbit on which a trajectory settles, and from orbits near \
                 the trajectory."),
     integer("continuation.transient", 0.0, LARGEST_COUNT, "1000").or("300")
-        .about("Mesh cycles of this trajectory that are discarded before the search for close returns."),
+        .about("Mesh cycles of the trajectory of a start (see `starts`) that are discarded before the search for close \
+                returns."),
     integer("continuation.cycles", 1.0, LARGEST_COUNT, "1000").or("300")
-        .about("Mesh cycles that are searched for close returns."),
+        .about("Mesh cycles of this trajectory that are then searched for close returns."),
     integer("continuation.longest_period", 1.0, 64.0, "8").or("4")
         .about("Longest period, in mesh cycles, of the orbits sought and of the branches that start at period \
                 doublings."),

@@ -72,7 +72,8 @@ pub(super) const KEYS: &[Key] = &[
         .about("Rated torque on the pinion, which is load 1 of the grid. Divided by the base radius, it gives the \
                 rated mesh force."),
     key("gear.profile_shift", Kind::List("2 coefficients: pinion, wheel"), ANY, "[0.3, -0.1]").of_length(2).or("[0, 0]")
-        .about("Profile shift coefficients in modules, positive away from the axis."),
+        .about("Profile shift coefficients, in modules. A positive shift makes the teeth thicker: it is away from the axis \
+                for external gears, towards it for a ring (ISO 21771)."),
     quantity("gear.profile_shift.*", Ratio, bounds(-5.0, false, 5.0, false), "0.3"),
     quantity("gear.thinning", Length, NON_NEGATIVE, r#""30 um""#).or_pair(BOTH).or("0")
         .about("Reduction of tooth thickness along the reference circle, relative to the thickness that the profile \
@@ -93,7 +94,7 @@ pub(super) const KEYS: &[Key] = &[
         .about("Young's modulus of the gears, for the compliance of teeth, contact and bodies in a computed mesh."),
     quantity("gear.poisson_ratio", Ratio, POISSON, "0.28").on_one_gear().or_pair(BOTH).or("0.3")
         .about("Poisson's ratio of the gears, for the compliance of teeth, contact and bodies in a computed mesh."),
-    table("gear.rack").on_one_gear().otherwise("ISO 53, profile C")
+    table("gear.rack").on_one_gear().otherwise("ISO 53, profile A")
         .about("Basic rack that cuts both gears, in modules."),
     quantity("gear.rack.addendum", Ratio, POSITIVE, "0.9").on_one_gear().or("1")
         .about("Addendum of the rack, in modules."),

@@ -126,7 +126,7 @@ pub(super) const KEYS: &[Key] = &[
                 contact closes again when this force rises to zero. run.kernel = \"closed_modes\" requires \
                 `deflection`."),
     key("mesh.tooth_fault", Kind::List("tables"), ANY, r#"[{ gear = "pinion", tooth = 3, stiffness = 0.7 }]"#).or("[]")
-        .about("Single teeth unlike the others, one table `[[mesh.tooth_fault]]` each: a crack, a pit, an error of the pitch. Pairs \
+        .about("Single teeth unlike the others, one table `[[mesh.tooth_fault]]` each: a crack, a pit or a pitch error. Pairs \
                 in contact share the load evenly, unless mesh.resolution = \"pairs\" makes each a spring. The mesh then repeats after a revolution of the gear, and with faults of both gears \
                 after the least common multiple of the teeth, at most 10 000 mesh cycles. Needs [gear]."),
     table("mesh.tooth_fault.*"),
@@ -142,15 +142,16 @@ pub(super) const KEYS: &[Key] = &[
                 fillet makes 30 degrees with the centre line of the tooth. At most 60 % of this section. A crack opens only \
                 under load on its own flank."),
     quantity("mesh.tooth_fault.*.loss", Length, ANY, r#""20 um""#).or("0")
-        .about("Material that the flanks of the tooth lack along the line of action, at most a module. It is negative if the flanks \
-                protrude."),
+        .about("Material removed from the flanks of the tooth, along the line of action, at most a module. It is negative if \
+                the flanks protrude."),
     choice("mesh.tooth_fault.*.flanks", &["both", "drive", "coast"], r#""drive""#).or(r#""both""#)
-        .about("Flanks with the loss, or with the crack at their root. A pit is on one flank. The tooth of an error of the pitch lacks \
-                material on one flank, and the other protrudes: give two tables."),
+        .about("Flanks with the loss, or with the crack at their root. A pit is on one flank. With a pitch error, one flank of \
+                the tooth lacks material and the other protrudes: give two tables."),
     table("mesh.film")
-        .about("The oil that approaching flanks squeeze out of their gap: F = 3 sqrt(2) pi viscosity L (R/h)^1.5 (-h'), of a \
-                full film of thickness h between cylinders with the radii of curvature at the pitch point. Separating \
-                flanks have no film, and neither have closed ones. Needs [gear] and run.kernel = \"volterra\" or \"auto\"."),
+        .about("Film of oil that approaching flanks squeeze out of their gap. Its force is F = 3 sqrt(2) pi viscosity L \
+                (R/h)^1.5 (-h'), the force of a full film of thickness h between two cylinders. L is the length of a line of contact, R the \
+                reduced radius of curvature at the pitch point. Separating flanks and closed flanks have no film. Needs \
+                [gear] and run.kernel = \"volterra\" or \"auto\"."),
     quantity("mesh.film.viscosity", Viscosity, bounds(1e-4, false, 10.0, false), r#""20 mPa*s""#)
         .about("Dynamic viscosity of the oil at its operating temperature."),
     quantity("mesh.film.thickness", Length, bounds(1e-8, true, 1e-2, false), r#""80 um""#).or(r#""50 um""#)

@@ -159,7 +159,8 @@ pub(super) const KEYS: &[Key] = &[
         .otherwise("from the rack, with its tip clearance in each mesh (ISO 21771)")
         .about("Tip diameter; of a ring its inner diameter."),
     quantity("train.shaft.*.gears.*.profile_shift", Ratio, bounds(-1.0, false, 2.0, false), "0.3").or("0")
-        .about("Profile shift coefficient. For a ring it is positive if it makes the ring's teeth thicker (ISO 21771)."),
+        .about("Profile shift coefficient, in modules. A positive shift makes the teeth thicker: it is away from the axis \
+                for external gears, towards it for a ring (ISO 21771)."),
     quantity("train.shaft.*.gears.*.thinning", Length, NON_NEGATIVE, r#""40 um""#).or("0")
         .about("Reduction of tooth thickness along the reference circle, relative to the thickness that the profile shift gives."),
     key("train.shaft.*.gears.*.body", Kind::Table, ANY, r#"{ polar_inertia = "1e-3 kg*m^2" }"#)
@@ -192,11 +193,11 @@ pub(super) const KEYS: &[Key] = &[
         .about("Planetary sets, one table `[[train.planetary]]` each: planets on pins of a carrier, between sun and ring on \
                 its axis. `train.gears` and `train.mesh.*.gears` name the planets of a set by their common name, and one \
                 table describes the meshes of all of them: planets differ by their phase, which follows from their angles. \
-                The speeds of all shafts must follow from that of the driver. Of a single set one shaft of the sun, the \
-                ring and the carrier must be held: motion = \"lateral\" or \"none\", or a coupling to such a shaft. \
-                If the carrier turns, the model of the set turns with it. Bearings of the set must then be equal in all \
-                directions. Gears beside the set, and members of another set, stand on shafts of their own, which \
-                couplings join to the set in `twist` and `axial` only."),
+                The speeds of all shafts must follow from that of the driver. In a single set, the shaft of the sun, \
+                the ring or the carrier must be held: it has motion = \"lateral\" or \"none\", or a coupling joins it to \
+                such a shaft. If the carrier turns, the model of the set turns with it. Bearings of the set must then \
+                have equal properties in all directions. Other gears, and members of another set, must be on separate \
+                shafts. Couplings join these shafts to the set in `twist` and `axial` only."),
     table("train.planetary.*"),
     key("train.planetary.*.carrier", Kind::Text, ANY, r#""carrier""#)
         .about("The shaft that has the pins."),

@@ -178,7 +178,10 @@ impl Parts<'_> {
             &self.shafts[one.shaft].gears[one.gear],
             &self.shafts[two.shaft].gears[two.gear],
         );
+        let mut remedy = "give both gears the same module, pressure angle and rack; a bare number is in m: write the unit, \
+                          such as module = \"3 mm\"";
         let unlike = if one == two {
+            remedy = "name two different gears";
             Some("it is the same gear twice".to_owned())
         } else if [one, two]
             .iter()
@@ -199,6 +202,7 @@ impl Parts<'_> {
             != if a.internal || b.internal { b.helix_angle } else { -b.helix_angle }
         {
             let hands = "external gears need opposite angles, a gear and its ring equal ones";
+            remedy = "correct `helix_angle` of one gear";
             let degrees = |gear: &TrainGear| (1e6 * gear.helix_angle.to_degrees()).round() / 1e6;
             let [a, b] = [a, b].map(degrees);
             Some(format!(
@@ -211,8 +215,6 @@ impl Parts<'_> {
         };
         if let Some(why) = unlike {
             let message = format!("gears `{}` and `{}` cannot mesh: {why}", a.name, b.name);
-            let remedy = "give both gears the same module, pressure angle and rack; a bare number is in m: write the unit, \
-                         such as module = \"3 mm\"";
             return section
                 .inconsistent(key, message)
                 .label("not a pair that meshes")
