@@ -282,6 +282,11 @@ fn scratch_folder() -> Result<tempfile::TempDir, ExitCode> {
     created.map_err(|error| fail(1, &format!("cannot create a temporary folder: {error}")))
 }
 
+/// Whether the user refuses colours: NO_COLOR has a value (no-color.org).
+fn refuses_colours() -> bool {
+    std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
+}
+
 /// Prints one error line and returns the exit status.
 fn fail(status: u8, message: &str) -> ExitCode {
     // Ignore a closed standard error.
