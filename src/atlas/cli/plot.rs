@@ -12,7 +12,8 @@ use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
 use super::{
-    BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, reply, with_causes,
+    BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, reply,
+    start_threads_for_tables, with_causes,
 };
 use crate::manifest::Measured;
 use crate::report::{
@@ -241,6 +242,7 @@ pub fn run(args: &PlotArgs) -> Status {
         request.what.retain(|asked| *asked != CAMPBELL);
         let remedy = "give the manifest instead: atlas plot m.toml --what campbell";
         let job = campbell::job(source, remedy);
+        job.as_ref().map_or(Ok(()), start_threads_for_tables)?;
         let parts = Prepared::new(TableStore::in_memory());
         let diagram = job.and_then(|job| campbell::of(&job, &args.orders, &parts).map_err(Some));
         let diagram = match diagram {

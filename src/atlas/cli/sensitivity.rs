@@ -59,7 +59,7 @@ pub fn run(args: &SensitivityArgs) -> Status {
         .collect();
     let keys = keys.or_fail(BAD_INPUT)?;
     let process = Process::prepare(NOTHING_WRITTEN)?;
-    start_threads(&args.threads)?;
+    start_threads(args.threads.count())?;
     let settings = Ensemble {
         members: args.members as usize,
         transient: 200,
