@@ -28,8 +28,8 @@ use crate::units::conversion;
 #[derive(Debug, Args)]
 #[command(after_help = KINDS)]
 pub struct PlotArgs {
-    /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, or the file of a mesh table. Several folders draw
-    /// the same columns into one picture.
+    /// Folder that `atlas run`, `atlas follow`, `atlas trace` or `atlas runup` wrote, or the file of a mesh table. Several
+    /// folders draw the same columns into one picture.
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
     /// Draw these kinds of pictures and columns of the results, separated by commas; see below
@@ -91,10 +91,12 @@ pub struct PlotArgs {
 /// Additional `--help` text of `--what`.
 const KINDS: &str = "\
 Kinds:
-  of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, shares, basins
+  of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, convergence,
+                 shares, basins
   of orbits      branches, curves, multipliers, kicks
   of a manifest  campbell, also from the record of a run
   of a trace     trace, phase
+  of a run-up    spectrogram, tracks
   of a mesh      mesh, sharing, contact
 Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3],
   bearing_rms[pinion 1 x], bearing_rms[axial]), columns of
