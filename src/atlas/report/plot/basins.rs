@@ -51,8 +51,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     }
     let attractors = read_attractors(&results.folder)?;
     let single = results.summary.all.len() == 1;
-    let mut drawn = Drawn::of_slices(
-        PictureKind::Basins,
+    let mut drawn = Drawn::sliced(
+        PictureKind::Basins.name(),
         slices.len().min(MOST_SLICES),
         slices.len(),
     );

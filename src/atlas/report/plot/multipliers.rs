@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use super::axis::Axis;
 use super::canvas::{Canvas, FAINT, INK, Place, SOFT};
+use super::categories::colour;
 use super::error::PlotError;
-use super::orbits::{key, numbers, orbit_colour, pictures};
+use super::orbits::{key, numbers, pictures};
 use super::panel::{LEFT, Panel, TOP};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
@@ -69,7 +70,7 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
     };
     for (place, orbit) in orbits.iter().enumerate() {
         for multiplier in &orbit.multipliers {
-            canvas.disc(inside(*multiplier), 3.4, orbit_colour(place));
+            canvas.disc(inside(*multiplier), 3.4, colour(place));
         }
     }
     let leading = (orbits.iter().enumerate()).flat_map(|(place, orbit)| {

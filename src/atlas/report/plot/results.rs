@@ -341,7 +341,7 @@ impl Results {
         (slices, all): (Vec<Slice<'s>>, usize),
         mut draw: impl FnMut(&Slice<'s>) -> Canvas,
     ) -> Drawn {
-        let mut drawn = Drawn::of_slices(what, slices.len(), all);
+        let mut drawn = Drawn::sliced(what.name(), slices.len(), all);
         for slice in &slices {
             let name = format!("{}{}", what.name(), slice.suffix);
             drawn.pictures.push(Picture::new(name, draw(slice)));
@@ -367,8 +367,8 @@ impl Results {
 
     /// The point with a number.
     pub fn point(&self, point_id: u64) -> Result<&PointSummary, PlotError> {
-        let point = self.summary.all.iter().find(|p| p.point_id == point_id);
-        point.ok_or(PlotError::UnknownPoint { point_id })
+        (self.place(point_id).map(|place| &self.summary.all[place]))
+            .ok_or(PlotError::UnknownPoint { point_id })
     }
 
     /// A point as text: `point 45: load 0.1, speed 1108 rad/s  ·  chaotic`.
