@@ -36,6 +36,7 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
             "trace m.toml --point load=0.05,speed=600 --cycles 2 --out traced --overwrite",
             "ulimit -u",
         ),
+        ("export few --overwrite", "ulimit -u"),
     ] {
         let output = place.shell(&format!("set -- {command}\n{FEW_THREADS}"));
         if status(&output) == 99 {

@@ -235,3 +235,21 @@ fn tied_axes_need_not_all_be_named() {
         stderr(&output)
     );
 }
+
+/// Values of model keys from different rows of a list are no point.
+#[test]
+fn values_of_different_rows_are_no_point() {
+    let rows = "points = [
+        { load = 0.1, speed = 600, \"mesh.half_gap\" = 1e-5, \"mesh.contact_damping\" = 0.05 },
+        { load = 0.2, speed = 700, \"mesh.half_gap\" = 2e-5, \"mesh.contact_damping\" = 0.06 },
+    ]";
+    let place = Place::new(&with_grid(OSCILLATOR, rows));
+    let point = "load=0.1,speed=600,mesh.half_gap=1e-5,mesh.contact_damping=0.06";
+    let output = place.atlas(&["trace", "m.toml", "--point", point, "--out", "t"]);
+    assert_eq!(status(&output), 2);
+    let errors = stderr(&output);
+    assert!(
+        errors.contains("the grid has no point at these values"),
+        "{errors}"
+    );
+}

@@ -85,6 +85,19 @@ fn a_run_up_has_its_tables_and_its_sound() {
     assert!(bytes.starts_with(b"RIFF") && bytes.len() >= 3 * 1601);
     let again = refused(at, &["sound", "a", "--signal", "force"], 2);
     assert!(again.contains("--overwrite"), "{again}");
+    // The new file takes the name of the old one, whose bytes stay as they are.
+    std::fs::hard_link(at.join("a/force.wav"), at.join("old.wav")).unwrap();
+    let louder = [
+        "sound",
+        "a",
+        "--signal",
+        "force",
+        "--full-scale=1e9",
+        "--overwrite",
+    ];
+    printed(at, &louder);
+    let [old, new] = ["old.wav", "a/force.wav"].map(|name| std::fs::read(at.join(name)).unwrap());
+    assert!(old == bytes && new != bytes);
     let unknown = refused(at, &["sound", "a", "--signal", "noise"], 2);
     assert!(unknown.contains("force, deflection"), "{unknown}");
     let scale = refused(at, &["sound", "a", "--full-scale=-1", "--out", "x.wav"], 2);

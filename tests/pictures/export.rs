@@ -115,6 +115,24 @@ fn columns_and_tables_are_chosen() {
     );
 }
 
+/// A selection of lists alone leaves nothing for the first file of the table.
+#[test]
+fn lists_alone_have_one_file() {
+    let out = tempfile::tempdir().unwrap();
+    let to = ["--out", out.path().to_str().unwrap()];
+    let lists = [
+        "--tables",
+        "trace",
+        "--columns",
+        "displacement",
+        "--lists",
+        "long",
+    ];
+    let output = export(&[&lists, &to[..]].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert_eq!(files(out.path()), ["trace_lists.csv"]);
+}
+
 #[test]
 fn files_are_not_replaced_unless_asked() {
     let out = tempfile::tempdir().unwrap();

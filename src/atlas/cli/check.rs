@@ -7,7 +7,7 @@ use super::kernel::{self, FirstKernel};
 use super::loaded_bearings::LoadedBearings;
 use super::manifest_args::{ManifestArgs, report, warn};
 use super::structure::{self, Structure};
-use super::{BAD_INPUT, answer, grid, pretty, words};
+use super::{BAD_INPUT, Status, answer, grid, pretty, start_threads_for_tables, words};
 use crate::gear::{CycleDivision, MeshTableSpec};
 use crate::input::{clipped, printable};
 use crate::manifest::{
@@ -38,9 +38,10 @@ const MOST_CHARACTERS: usize = 2000;
 const MOST_VALUES: usize = 10_000;
 
 /// Checks a manifest: status 0 if it is valid, 2 if it is not.
-pub fn run(args: &CheckArgs) -> ExitCode {
-    match args.manifest.load() {
+pub fn run(args: &CheckArgs) -> Status {
+    Ok(match args.manifest.load() {
         Ok(job) => {
+            start_threads_for_tables(&job)?;
             let name = args.manifest.name();
             let text = if args.json {
                 pretty(&job_json(&name, &job))
@@ -57,7 +58,7 @@ pub fn run(args: &CheckArgs) -> ExitCode {
             report(&errors);
             ExitCode::from(BAD_INPUT)
         }
-    }
+    })
 }
 
 fn summary(name: &str, job: &Job) -> String {

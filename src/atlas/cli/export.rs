@@ -1,6 +1,6 @@
 //! `atlas export`: tables of a results or trace folder for other programs.
 
-use super::{BAD_INPUT, Status, answer, fail, reply, with_causes};
+use super::{BAD_INPUT, Status, answer, fail, reply, start_threads, with_causes};
 use crate::export::{ExportError, ExportRequest, Format, Lists, Surveyed, export, survey_folder};
 use crate::store::StoreError;
 use clap::Args;
@@ -55,6 +55,9 @@ pub fn run(args: &ExportArgs) -> Status {
         .out
         .clone()
         .unwrap_or_else(|| args.folder.join("export"));
+    if args.format == Format::Csv && !args.list {
+        start_threads(None)?;
+    }
     let found = if args.list {
         survey_folder(&args.folder, &request).map(|tables| (Vec::new(), tables))
     } else {

@@ -28,7 +28,7 @@ pub struct FmuArgs {
     /// Use this version of FMI.
     #[arg(long, value_enum, default_value_t = Fmi::Two)]
     fmi: Fmi,
-    /// Put in this library [default: libatlas_fmu.so beside the program].
+    /// Include this library in the FMU [default: libatlas_fmu.so beside the program].
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
     /// Replace a file that already exists.

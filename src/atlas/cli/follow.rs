@@ -5,7 +5,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::status::failure;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, reply, with_causes};
+use super::{BAD_INPUT, INTERRUPTED, Status, answer, fail, labelled, reply, with_causes};
 use crate::analysis::continuation::end::End;
 use crate::input::printable;
 use crate::manifest::Job;
@@ -221,9 +221,6 @@ impl Census {
                 table_path(&self.folder, *kind, None).display().to_string(),
             )
         }));
-        lines
-            .iter()
-            .map(|(head, line)| format!("{head:<14}{line}\n"))
-            .collect()
+        labelled(14, &lines)
     }
 }

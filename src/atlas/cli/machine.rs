@@ -49,7 +49,7 @@ struct MeasureArgs {
     /// Measure only these parts, separated by commas [default: all].
     #[arg(long, value_enum, value_delimiter = ',', value_name = "PART,...")]
     only: Vec<Part>,
-    /// Measure at most this many rounds; one round gives no spread [default: 5; 3 with --quick; 9 with --full].
+    /// Measure at most this many rounds; with one round, results have no spread [default: 5; 3 with --quick; 9 with --full].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=9))]
     rounds: Option<u32>,
     /// Use at most this much memory, such as 512MiB or 8GiB [default: a quarter of the free memory].
@@ -245,7 +245,7 @@ fn advance(bar: &ProgressBar, progress: Progress) {
 fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(value) if value > 0.0 && value <= 1e6 => Ok(value),
-        _ => Err("give a number of seconds greater than 0".to_owned()),
+        _ => Err("give a number of seconds greater than 0, at most 1000000".to_owned()),
     }
 }
 

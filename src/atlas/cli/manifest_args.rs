@@ -1,6 +1,6 @@
 //! The manifest argument of a command, and the keys that `--set` changes.
 
-use super::{BAD_INPUT, fail, portable};
+use super::{BAD_INPUT, fail, portable, refuses_colours};
 use crate::manifest::{self, Job, ManifestErrors, Warnings};
 use clap::Args;
 use std::io::{IsTerminal, Write};
@@ -84,7 +84,7 @@ pub fn warn(warnings: &Warnings) {
 }
 
 fn colour() -> bool {
-    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+    std::io::stderr().is_terminal() && !refuses_colours()
 }
 
 /// Writes a text to standard error; ignores a closed standard error.

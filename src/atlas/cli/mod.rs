@@ -48,6 +48,7 @@ pub mod verify;
 mod words;
 
 use crate::input::{printable, printable_but_colours, with_causes};
+use crate::manifest::{Job, StiffnessSpec, Variant};
 use crate::sweep::silence_reported_panics;
 use clap::{CommandFactory, Parser, Subcommand};
 use serde::Serialize;
@@ -58,7 +59,6 @@ use std::fmt::Display;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::ExitCode;
-use threads::Threads;
 
 /// Exit status for bad input.
 const BAD_INPUT: u8 = 2;
@@ -159,7 +159,7 @@ fn execute(command: Command) -> Status {
     Ok(match command {
         Command::New(args) => new::run(&args)?,
         Command::Run(args) => run::run(&args)?,
-        Command::Check(args) => check::run(&args),
+        Command::Check(args) => check::run(&args)?,
         Command::Follow(args) => follow::run(&args)?,
         Command::Merge(args) => merge::run(&args)?,
         Command::Plan(args) => plan::run(&args)?,
@@ -211,9 +211,9 @@ fn refused(refusal: &clap::Error) -> ExitCode {
 }
 
 /// Starts the threads that computations outside a sweep share. Otherwise rayon starts them on first use, and panics if
-/// the system refuses.
-fn start_threads(threads: &Threads) -> Result<(), ExitCode> {
-    let pool = (rayon::ThreadPoolBuilder::new()).num_threads(threads.count().unwrap_or(0));
+/// the system refuses. `count` is `None` for one thread per core.
+fn start_threads(count: Option<usize>) -> Result<(), ExitCode> {
+    let pool = (rayon::ThreadPoolBuilder::new()).num_threads(count.unwrap_or(0));
     pool.build_global().map_err(|error| {
         let message = format!(
             "cannot start worker threads: {error}; raise the limit on threads (`ulimit -u`, or \
@@ -221,6 +221,24 @@ fn start_threads(threads: &Threads) -> Result<(), ExitCode> {
         );
         fail(1, &message)
     })
+}
+
+/// As [`start_threads`], if points of a job have mesh tables, whose computation uses these threads.
+fn start_threads_for_tables(job: &Job) -> Result<(), ExitCode> {
+    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
+    if job.points.variants().iter().any(tabled) {
+        start_threads(None)
+    } else {
+        Ok(())
+    }
+}
+
+/// Lines of a summary: each label, padded to a width, and its text.
+fn labelled(width: usize, lines: &[(&str, String)]) -> String {
+    lines
+        .iter()
+        .map(|(label, text)| format!("{label:<width$}{text}\n"))
+        .collect()
 }
 
 /// Prints to standard output and returns the exit status. A closed pipe (`atlas … | head`) is no error, because its
@@ -280,6 +298,11 @@ fn refuse_existing(path: &Path, overwrite: bool, remedy: &str) -> Result<(), Exi
 fn scratch_folder() -> Result<tempfile::TempDir, ExitCode> {
     let created = tempfile::tempdir();
     created.map_err(|error| fail(1, &format!("cannot create a temporary folder: {error}")))
+}
+
+/// Whether the user refuses colours: NO_COLOR has a value (no-color.org).
+fn refuses_colours() -> bool {
+    std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty())
 }
 
 /// Prints one error line and returns the exit status.

@@ -6,7 +6,9 @@ use super::manifest_args::ManifestArgs;
 use super::process::{NOTHING_WRITTEN, Process};
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, OrFail, Status, answer, fail, grid, machine, scratch_folder, with_causes};
+use super::{
+    BAD_INPUT, OrFail, Status, answer, fail, grid, labelled, machine, scratch_folder, with_causes,
+};
 use crate::characterize::compare::{MachineRate, machine_rate};
 use crate::manifest::Job;
 use crate::report::size_text;
@@ -254,10 +256,7 @@ fn text(job: &Job, forecast: &Forecast, topology: Option<Source>) -> String {
             size_text(forecast.journal)
         ),
     ));
-    lines
-        .iter()
-        .map(|(head, line)| format!("{head:<11} {line}\n"))
-        .collect()
+    labelled(12, &lines)
 }
 
 /// A duration for users: `0.42 s`, `3 min 20 s`, `5 h 12 min`.

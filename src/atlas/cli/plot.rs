@@ -12,7 +12,8 @@ use clap::{Arg, Args, ValueEnum};
 use serde_json::json;
 
 use super::{
-    BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, reply, with_causes,
+    BAD_INPUT, OrFail, Status, answer, campbell, fail, manifest_args, point, reply,
+    start_threads_for_tables, with_causes,
 };
 use crate::manifest::Measured;
 use crate::report::{
@@ -27,8 +28,8 @@ use crate::units::conversion;
 #[derive(Debug, Args)]
 #[command(after_help = KINDS)]
 pub struct PlotArgs {
-    /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, or the file of a mesh table. Several folders draw
-    /// the same columns into one picture.
+    /// Folder that `atlas run`, `atlas follow`, `atlas trace` or `atlas runup` wrote, or the file of a mesh table. Several
+    /// folders draw the same columns into one picture.
     #[arg(required = true, value_name = "SOURCE")]
     pub sources: Vec<PathBuf>,
     /// Draw these kinds of pictures and columns of the results, separated by commas; see below
@@ -90,10 +91,12 @@ pub struct PlotArgs {
 /// Additional `--help` text of `--what`.
 const KINDS: &str = "\
 Kinds:
-  of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, shares, basins
+  of a run       lambda, classes, bifurcation, spectrum, phase, waterfall, orders, horizon, convergence,
+                 shares, basins
   of orbits      branches, curves, multipliers, kicks
   of a manifest  campbell, also from the record of a run
   of a trace     trace, phase
+  of a run-up    spectrogram, tracks
   of a mesh      mesh, sharing, contact
 Columns: any of points.parquet (deflection_rms), elements of lists (harmonics[3],
   bearing_rms[pinion 1 x], bearing_rms[axial]), columns of
@@ -241,6 +244,7 @@ pub fn run(args: &PlotArgs) -> Status {
         request.what.retain(|asked| *asked != CAMPBELL);
         let remedy = "give the manifest instead: atlas plot m.toml --what campbell";
         let job = campbell::job(source, remedy);
+        job.as_ref().map_or(Ok(()), start_threads_for_tables)?;
         let parts = Prepared::new(TableStore::in_memory());
         let diagram = job.and_then(|job| campbell::of(&job, &args.orders, &parts).map_err(Some));
         let diagram = match diagram {

@@ -252,15 +252,18 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
         .map(|(axis, value)| value.unwrap_or_else(|| axis.values.get(0)))
         .collect();
     let spec = job.points.iter().find(|point| {
-        let fixed = job.axes.iter().zip(&point.axis_values).zip(&values);
-        let same_way = direction.is_none() || direction == point.direction;
-        same_way
-            && fixed
-                .filter(|((axis, _), _)| !allows_values_outside_grid(axis))
-                .all(|((_, on_grid), value)| on_grid == value)
+        let mut fixed = job.axes.iter().zip(&point.axis_values).zip(&values);
+        (direction.is_none() || direction == point.direction)
+            && fixed.all(|((axis, on_grid), value)| {
+                allows_values_outside_grid(axis) || on_grid == value
+            })
     });
     match spec {
         Some(spec) if errors.is_empty() => Ok(chosen(job, spec, &values, &typed, direction)),
+        // Each value exists, but in different rows of a list.
+        None if errors.is_empty() => Err(vec![PointError::OffGrid {
+            axes: all_ranged(job),
+        }]),
         _ => Err(errors),
     }
 }
@@ -271,11 +274,8 @@ fn choose(job: &Job, text: &str) -> Result<ChosenPoint, Vec<PointError>> {
 fn fill(job: &Job, tied: &GridDimension, values: &mut [Option<f64>]) {
     let of = |axis: usize, place: usize| job.axes[axis].values.get(place);
     let fits = |place: &usize| {
-        let mut given = tied
-            .axes
-            .iter()
-            .filter_map(|&axis| Some((axis, values[axis]?)));
-        given.all(|(axis, value)| is_near(of(axis, *place), value))
+        (tied.axes.iter())
+            .all(|&axis| values[axis].is_none_or(|value| is_near(of(axis, *place), value)))
     };
     if tied.axes.iter().all(|&axis| values[axis].is_none()) {
         return;
@@ -348,8 +348,7 @@ fn chosen(
             .chars()
             .filter(|c| !c.is_whitespace())
             .map(|c| match c {
-                _ if c.is_ascii_alphanumeric() => c,
-                '.' | '-' | '+' | '%' => c,
+                'a'..='z' | 'A'..='Z' | '0'..='9' | '.' | '-' | '+' | '%' => c,
                 _ => '_',
             })
             .collect(),

@@ -5,6 +5,7 @@ use super::{FAILED_POINTS, answer, fail};
 use crate::manifest::Job;
 use crate::propagate::Stop;
 use crate::store::{TableKind, table_path};
+use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -26,6 +27,14 @@ pub(super) fn existing_message(folder: &Path, kind: TableKind, recording: &str) 
             file.display()
         )
     })
+}
+
+/// The values of the axes as JSON, by name.
+pub(super) fn values_json(values: &[(String, f64)]) -> Map<String, Value> {
+    let values = values.iter();
+    values
+        .map(|(name, value)| (name.clone(), json!(value)))
+        .collect()
 }
 
 /// Prints the summary of a recording, and the reason if the motion ended early. Returns the exit status.

@@ -169,7 +169,9 @@ impl Retry<'_> {
         }
         self.exchange(record, &finished.recorded.written.tables)?;
         process.warnings.extend(parts.warnings());
-        record.warnings.append(&mut process.warnings);
+        for warning in process.warnings.drain(..) {
+            note(record, warning);
+        }
         note_instructions(record);
         let retry = RetryRecord {
             started: watch.started(),
@@ -217,9 +219,16 @@ fn note_instructions(record: &mut RunRecord) {
     if used.iter().all(|name| name != here) {
         used.push(here.to_owned());
     }
-    let warning =
-        mixed_instructions_warning(used).filter(|warning| !record.warnings.contains(warning));
-    record.warnings.extend(warning);
+    if let Some(warning) = mixed_instructions_warning(used) {
+        note(record, warning);
+    }
+}
+
+/// Adds a warning to a record, unless an earlier run or retry has added it.
+fn note(record: &mut RunRecord, warning: String) {
+    if !record.warnings.contains(&warning) {
+        record.warnings.push(warning);
+    }
 }
 
 /// Keeps only the last table of each name: a later table replaces the earlier ones.

@@ -24,7 +24,7 @@ pub struct RunArgs {
     /// Let the operating system place the workers.
     #[arg(long)]
     pub no_pin: bool,
-    /// Compute only part i of n, such as 1/4: every n-th point, or chain of points [default: all points].
+    /// Compute only part i of n, such as 1/4: every n-th point, or every n-th chain of points [default: all points].
     #[arg(long, value_name = "i/n", value_parser = parse_shard)]
     pub shard: Option<Shard>,
     /// Replace the results in the folder and discard an interrupted run [default: continue it].

@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, either, fail, start_threads};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, either, fail, labelled, start_threads};
 use crate::analysis::run_up::{RunUp, RunUpConfig};
 use crate::manifest::Job;
 use crate::report::{Unit, to_digits};
@@ -56,7 +56,7 @@ pub fn run(args: &RunupArgs) -> Status {
         return Err(fail(BAD_INPUT, &message));
     }
     let process = Process::prepare(NOTHING_WRITTEN)?;
-    start_threads(&args.threads)?;
+    start_threads(args.threads.count())?;
     let parts = Prepared::new(args.tables.store());
     let run_up = PointRunUp {
         point: &point.spec,
@@ -87,14 +87,11 @@ fn metadata(
     values: &[(String, f64)],
     config: &RunUpConfig,
 ) -> Vec<(&'static str, String)> {
-    let point: serde_json::Map<String, serde_json::Value> = values
-        .iter()
-        .map(|(name, value)| (name.clone(), json!(value)))
-        .collect();
+    let point = serde_json::Value::Object(recording::values_json(values));
     vec![
         ("job", job.name.clone()),
         ("manifest_hash", job.hash.clone()),
-        ("point", serde_json::Value::Object(point).to_string()),
+        ("point", point.to_string()),
         (
             "sample_rate",
             json!({ "value": config.sample_rate, "unit": "Hz" }).to_string(),
@@ -152,10 +149,7 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
         }
     }
     lines.extend(files(folder));
-    lines
-        .iter()
-        .map(|(head, line)| format!("{head:<10}{line}\n"))
-        .collect()
+    labelled(10, &lines)
 }
 
 fn summary_json(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> serde_json::Value {

@@ -34,7 +34,7 @@ pub struct SensitivityArgs {
     #[arg(long, value_name = "N", default_value_t = 2000, value_parser = clap::value_parser!(u64).range(1..=1_000_000_000))]
     pub cycles: u64,
     /// Change each key by this fraction of its value for a chaotic motion.
-    #[arg(long, value_name = "PART", default_value_t = 0.02)]
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.02)]
     pub step: f64,
     #[command(flatten)]
     threads: Threads,
@@ -59,7 +59,7 @@ pub fn run(args: &SensitivityArgs) -> Status {
         .collect();
     let keys = keys.or_fail(BAD_INPUT)?;
     let process = Process::prepare(NOTHING_WRITTEN)?;
-    start_threads(&args.threads)?;
+    start_threads(args.threads.count())?;
     let settings = Ensemble {
         members: args.members as usize,
         transient: 200,

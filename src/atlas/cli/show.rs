@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 
-use super::{BAD_INPUT, answer, either, fail, pretty, with_causes};
+use super::{BAD_INPUT, answer, either, fail, pretty, refuses_colours, with_causes};
 use crate::input::printable;
 use crate::report::{ReportError, Style, Summary, TableSummary, render, render_branches};
 use crate::store::{Contents, StoreError, TableKind, journal_path, table_path};
@@ -19,7 +19,7 @@ pub struct ShowArgs {
     /// Print JSON instead of text.
     #[arg(long)]
     pub json: bool,
-    /// Print the attractors that probes found, branch by branch along the last axis.
+    /// Print the attractors that probes found, branch by branch along the last axis with several values.
     #[arg(long, conflicts_with = "json")]
     pub branches: bool,
     /// Choose when to use colours.
@@ -43,10 +43,7 @@ impl Colour {
         let wanted = match self {
             Self::Always => true,
             Self::Never => false,
-            Self::Auto => {
-                let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-                !refused && io::stdout().is_terminal()
-            }
+            Self::Auto => !refuses_colours() && io::stdout().is_terminal(),
         };
         if wanted { Style::Colour } else { Style::Plain }
     }

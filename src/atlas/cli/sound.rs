@@ -1,8 +1,9 @@
 //! `atlas sound results/x/runup`: a signal of a run-up as a WAV file.
 
 use super::process::begin_writing;
-use super::{BAD_INPUT, answer, fail};
+use super::{BAD_INPUT, answer, fail, with_causes};
 use crate::export::{SoundError, WavRequest, write_wav};
+use crate::store::StoreError;
 use clap::Args;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -13,10 +14,10 @@ pub struct SoundArgs {
     /// A folder that `atlas runup` wrote.
     #[arg(value_name = "FOLDER")]
     folder: PathBuf,
-    /// The column of signals.parquet to hear [default: the first signal].
+    /// Write this column of signals.parquet [default: the first signal].
     #[arg(long, value_name = "COLUMN")]
     signal: Option<String>,
-    /// Value of the signal, about its mean, that stands for full scale, in the signal's unit [default: its largest value].
+    /// Deviation from the mean at full scale, in the unit of the signal [default: the largest deviation].
     #[arg(long, value_name = "VALUE")]
     full_scale: Option<f64>,
     /// Write this file [default: FOLDER/COLUMN.wav].
@@ -56,7 +57,9 @@ pub fn run(args: &SoundArgs) -> ExitCode {
             );
             answer(&text, ExitCode::SUCCESS)
         }
-        Err(error @ SoundError::Write { .. }) => fail(1, &error.to_string()),
-        Err(error) => fail(BAD_INPUT, &error.to_string()),
+        Err(error @ (SoundError::Store(StoreError::Io(_)) | SoundError::Encoding(_))) => {
+            fail(1, &with_causes(&error))
+        }
+        Err(error) => fail(BAD_INPUT, &with_causes(&error)),
     }
 }

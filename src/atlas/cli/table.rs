@@ -72,7 +72,7 @@ fn quantity(text: &str, dimension: Dimension) -> Result<f64, String> {
 /// Computes the tables: status 0 if all are stored, 1 if one cannot be stored, 2 for bad input.
 pub fn run(args: &TableArgs) -> Status {
     let job = args.manifest.read_job()?;
-    start_threads(&args.threads)?;
+    start_threads(args.threads.count())?;
     let drawings = drawings(&job);
     if drawings.is_empty() {
         let message =

@@ -6,7 +6,7 @@ use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::recording;
 use super::table::TablesFolder;
 use super::threads::Threads;
-use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, either, fail, start_threads};
+use super::{BAD_INPUT, INTERRUPTED, OrFail, Status, either, fail, labelled, start_threads};
 use crate::analysis::{Signals, TraceConfig, TraceOutcome, named_outputs};
 use crate::manifest::Job;
 use crate::model::Model;
@@ -68,7 +68,7 @@ pub fn run(args: &TraceArgs) -> Status {
         return Err(fail(BAD_INPUT, &message));
     }
     let process = Process::prepare(NOTHING_WRITTEN)?;
-    start_threads(&args.threads)?;
+    start_threads(args.threads.count())?;
     let parts = Prepared::new(args.tables.store());
     let trace = PointTrace {
         job: &job,
@@ -194,10 +194,7 @@ fn summary(
     for (head, kind) in [("files", TableKind::Trace), ("", TableKind::Events)] {
         lines.push((head, table_path(folder, kind, None).display().to_string()));
     }
-    lines
-        .iter()
-        .map(|(head, line)| format!("{head:<10}{line}\n"))
-        .collect()
+    labelled(10, &lines)
 }
 
 fn summary_json(
@@ -206,15 +203,10 @@ fn summary_json(
     outcome: &TraceOutcome,
     folder: &Path,
 ) -> serde_json::Value {
-    let values: serde_json::Map<String, serde_json::Value> = point
-        .values
-        .iter()
-        .map(|(name, value)| (name.clone(), json!(value)))
-        .collect();
     let nvh = outcome.nvh.as_ref();
     json!({
         "job": job.name,
-        "point": values,
+        "point": recording::values_json(&point.values),
         "direction": point.direction.map(|direction| direction.name()),
         "cycles": outcome.cycles,
         "jumped": outcome.jumped,

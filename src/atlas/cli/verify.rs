@@ -29,7 +29,7 @@ pub struct VerifyArgs {
 
 /// Runs the checks: status 0 if all pass, 1 if one fails.
 pub fn run(args: &VerifyArgs) -> Status {
-    start_threads(&args.threads)?;
+    start_threads(args.threads.count())?;
     let extent = if args.full { Extent::Full } else { Extent::Quick };
     let wanted = |check: &Check| args.only.is_empty() || args.only.iter().any(|n| n == check.name);
     let checks: Vec<Check> = CHECKS.iter().copied().filter(wanted).collect();

@@ -106,8 +106,8 @@ fn write_lists<W: Write>(
     ]
     .map(Cell::Text);
     // The second column, `point_id`, is omitted if the table has none.
-    let shown = move |place: usize| point.is_some() || place != 1;
-    sheet.row(&kept(&head, shown))?;
+    let next = if point.is_some() { 1 } else { 2 };
+    sheet.row(&[&head[..1], &head[next..]].concat())?;
     let mut before = 0;
     table.scan(folder, |columns| {
         let rows = columns.first().map_or(0, |cells| cells.rows());
@@ -127,20 +127,13 @@ fn write_lists<W: Write>(
                         name.map_or(Cell::Absent, |name| Cell::Text(name)),
                         cells.at(row, place),
                     ];
-                    sheet.row(&kept(&cells, shown))?;
+                    sheet.row(&[&cells[..1], &cells[next..]].concat())?;
                 }
             }
         }
         before += rows as u64;
         Ok(())
     })
-}
-
-fn kept<'a>(cells: &[Cell<'a>], shown: impl Fn(usize) -> bool) -> Vec<Cell<'a>> {
-    let each = cells.iter().enumerate();
-    each.filter(|(place, _)| shown(*place))
-        .map(|(_, cell)| *cell)
-        .collect()
 }
 
 fn push_row<'a>(line: &mut String, cells: impl Iterator<Item = Cell<'a>>) {

@@ -2,7 +2,7 @@
 //!
 //! A table is read twice, some thousand rows at a time: first to count its rows and the lengths of its lists
 //! (`survey`), then to write it. Memory holds one row group of the table and 8192 rows, for any length of the
-//! table, because every format accepts rows incrementally. A table file gets its name only when it is
+//! table, because every format accepts rows incrementally. A file gets its name only when it is
 //! complete.
 
 mod arrow;

@@ -42,33 +42,21 @@ pub fn export(folder: &Path, request: &ExportRequest, out: &Path) -> Result<Expo
     }
     let tables = survey_folder(folder, request)?;
     let files = files(&tables, request, out);
-    if !request.overwrite
-        && let Some(path) = files.iter().find(|path| path.symlink_metadata().is_ok())
-    {
-        return Err(ExportError::Exists { path: path.clone() });
+    let exists = |file: &&File<'_>| file.path.symlink_metadata().is_ok();
+    if let Some(file) = files.iter().find(exists).filter(|_| !request.overwrite) {
+        let path = file.path.clone();
+        return Err(ExportError::Exists { path });
     }
     create_folder(out)?;
     remove_stale(out)?;
-    match request.format {
-        Format::Arrow => {
-            for (table, path) in tables.iter().zip(&files) {
-                arrow::write(folder, table, path)?;
-            }
-        }
-        Format::Csv => {
-            let mut paths = files.iter();
-            for table in &tables {
-                if let Some(path) = paths.next() {
-                    csv::table(folder, table, request.lists, path)?;
-                }
-                if table.has_long_lists(request.lists)
-                    && let Some(path) = paths.next()
-                {
-                    csv::lists(folder, table, path)?;
-                }
-            }
+    for File { table, path, lists } in &files {
+        match request.format {
+            Format::Arrow => arrow::write(folder, table, path)?,
+            Format::Csv if *lists => csv::lists(folder, table, path)?,
+            Format::Csv => csv::table(folder, table, request.lists, path)?,
         }
     }
+    let files = files.into_iter().map(|file| file.path).collect();
     Ok(Exported { files, tables })
 }
 
@@ -138,15 +126,29 @@ fn chosen(folder: &Path, request: &ExportRequest) -> Result<Vec<TableKind>, Expo
         .collect())
 }
 
-/// Paths of the files to be written: one per table, and a second one for its lists if these are long.
-fn files(tables: &[Surveyed], request: &ExportRequest, out: &Path) -> Vec<PathBuf> {
+/// A file to be written: a table, or only its lists.
+struct File<'t> {
+    table: &'t Surveyed,
+    path: PathBuf,
+    lists: bool,
+}
+
+/// The files to be written: one per table, and a second one for its lists if these are long. A table that has
+/// nothing else gets only the second one.
+fn files<'t>(tables: &'t [Surveyed], request: &ExportRequest, out: &Path) -> Vec<File<'t>> {
     let extension = request.format.extension();
-    let file = |stem: &str| out.join(format!("{stem}.{extension}"));
     let mut files = Vec::new();
     for table in tables {
-        files.push(file(table.name()));
-        if table.has_long_lists(request.lists) {
-            files.push(file(&format!("{}_lists", table.name())));
+        let long = table.has_long_lists(request.lists);
+        let mut add = |suffix: &str, lists: bool| {
+            let path = out.join(format!("{}{suffix}.{extension}", table.name()));
+            files.push(File { table, path, lists });
+        };
+        if !long || table.columns.iter().any(|column| !column.is_list()) {
+            add("", false);
+        }
+        if long {
+            add("_lists", true);
         }
     }
     files

@@ -1,8 +1,9 @@
 //! A signal of a run-up as a WAV file with 24 bits. The mean of the signal is removed. Full scale corresponds
 //! to a given deviation from the mean.
 
-use crate::store::{ResultTable, StoreError, TableKind};
+use crate::store::{ResultTable, StoreError, TableKind, write_atomically};
 use hound::{SampleFormat, WavSpec, WavWriter};
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 /// Columns of `signals.parquet` that are not signals.
@@ -48,7 +49,7 @@ pub struct WavFile {
 /// A sound file cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum SoundError {
-    /// The table cannot be read.
+    /// The table cannot be read, or the file cannot be written.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The column does not exist.
@@ -85,14 +86,9 @@ pub enum SoundError {
         /// The file.
         path: PathBuf,
     },
-    /// The file cannot be written.
-    #[error("cannot write `{}`: {source}", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: hound::Error,
-    },
+    /// The signal cannot be encoded, for example because it is too long.
+    #[error("cannot write a WAV file")]
+    Encoding(#[from] hound::Error),
 }
 
 /// Writes a signal as a WAV file.
@@ -123,17 +119,10 @@ pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     {
         return Err(SoundError::Scale { value });
     }
-    let column = |name: &str| -> Result<Vec<f64>, StoreError> {
-        Ok(table
-            .f64(name)?
-            .into_iter()
-            .map(Option::unwrap_or_default)
-            .collect())
-    };
-    let (values, times) = (column(&name)?, column("time")?);
-    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
-    let largest = values.iter().map(|v| (v - mean).abs()).fold(0.0, f64::max);
-    let [Some(first), Some(second)] = [0, 1].map(|at| times.get(at)) else {
+    let deviations = deviations(&table.f64(&name)?);
+    let largest = deviations.iter().map(|v| v.abs()).fold(0.0, f64::max);
+    let times = table.f64("time")?;
+    let [Some(first), Some(second)] = [0, 1].map(|at| *times.get(at)?) else {
         return Err(SoundError::Short { name });
     };
     if largest == 0.0 {
@@ -148,15 +137,12 @@ pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     }
     let full_scale = request.full_scale.unwrap_or(largest);
     let rate = (1.0 / (second - first)).round() as u32;
-    let scaled: Vec<f64> = values.iter().map(|v| (v - mean) / full_scale).collect();
-    write(&path, rate, &scaled).map_err(|source| SoundError::Write {
-        path: path.clone(),
-        source,
-    })?;
+    let scaled: Vec<f64> = deviations.iter().map(|v| v / full_scale).collect();
+    write_atomically(&path, &encoded(rate, &scaled)?)?;
     Ok(WavFile {
         unit: units.get(&name).cloned().unwrap_or_default(),
         clipped: scaled.iter().filter(|v| v.abs() > 1.0).count(),
-        samples: values.len(),
+        samples: scaled.len(),
         signal: name,
         full_scale,
         rate,
@@ -164,17 +150,45 @@ pub fn write_wav(request: &WavRequest<'_>) -> Result<WavFile, SoundError> {
     })
 }
 
-/// Writes values in units of full scale as a WAV file; values beyond ±1 are clipped.
-fn write(path: &Path, rate: u32, values: &[f64]) -> Result<(), hound::Error> {
+/// The deviations of a signal from the mean of its values; 0 for samples without a value.
+fn deviations(signal: &[Option<f64>]) -> Vec<f64> {
+    let values = signal.iter().flatten();
+    let mean = values.clone().sum::<f64>() / values.count().max(1) as f64;
+    let deviation = |value: &Option<f64>| value.map_or(0.0, |value| value - mean);
+    signal.iter().map(deviation).collect()
+}
+
+/// The bytes of a WAV file with values in units of full scale; values beyond ±1 are clipped.
+fn encoded(rate: u32, values: &[f64]) -> Result<Vec<u8>, hound::Error> {
     let spec = WavSpec {
         channels: 1,
         sample_rate: rate,
         bits_per_sample: 24,
         sample_format: SampleFormat::Int,
     };
-    let mut writer = WavWriter::create(path, spec)?;
+    let mut bytes = Cursor::new(Vec::new());
+    let mut writer = WavWriter::new(&mut bytes, spec)?;
     for value in values {
         writer.write_sample((LARGEST * value.clamp(-1.0, 1.0)).round() as i32)?;
     }
-    writer.finalize()
+    writer.finalize()?;
+    Ok(bytes.into_inner())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_without_a_value_is_silent() {
+        assert_eq!(deviations(&[Some(3.0), None, Some(5.0)]), [-1.0, 0.0, 1.0]);
+        assert_eq!(deviations(&[None]), [0.0]);
+    }
+
+    #[test]
+    fn samples_have_24_bits_and_are_clipped() {
+        let bytes = encoded(8000, &[-1.0, 2.0]).unwrap();
+        assert!(bytes.starts_with(b"RIFF"));
+        assert!(bytes.ends_with(&[1, 0, 0x80, 0xff, 0xff, 0x7f]));
+    }
 }

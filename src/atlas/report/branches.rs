@@ -142,7 +142,7 @@ pub fn branches(
         let mut previous: Option<(usize, std::ops::Range<usize>)> = None;
         for point in line {
             let value = point.axis_values[along];
-            let place = axes[along].values.partition_point(|known| *known < value);
+            let place = axes[along].place(value);
             let first = attractors.partition_point(|a| a.point_id < point.point_id);
             let last = attractors.partition_point(|a| a.point_id <= point.point_id);
             let before = previous

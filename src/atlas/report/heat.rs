@@ -105,7 +105,7 @@ impl Map {
             return;
         }
         let across = self.across;
-        let place = |index: usize| position(&axes[index], point.axis_values[index]);
+        let place = |index: usize| axes[index].place(point.axis_values[index]);
         let column = self.columns.of(place(across));
         let row = self.down.map_or(0, |down| self.rows.of(place(down)));
         if !self.directions.contains(&point.direction) {
@@ -137,10 +137,6 @@ impl Map {
             *there = cell;
         }
     }
-}
-
-fn position(axis: &Axis, value: f64) -> usize {
-    axis.values.partition_point(|&known| known < value)
 }
 
 /// A range of indices, cut into `count` bins of `size` indices each.

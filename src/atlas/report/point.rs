@@ -15,6 +15,13 @@ pub struct Axis {
     pub values: Vec<f64>,
 }
 
+impl Axis {
+    /// The index of a value that occurs in the file.
+    pub(super) fn place(&self, value: f64) -> usize {
+        self.values.partition_point(|&known| known < value)
+    }
+}
+
 /// Indices of the axes with several values, on which points differ.
 pub(super) fn varied(axes: &[Axis]) -> impl Iterator<Item = usize> {
     let several = |(_, axis): &(usize, &Axis)| axis.values.len() > 1;

@@ -9,9 +9,7 @@ use serde_json::{Value, json};
 use super::block::{self, Blocks};
 use crate::report::Summary;
 use crate::report::followed::Followed;
-use crate::report::plot::{
-    Motion, PREFIXABLE, category_colour, kind_colour, kind_name, ramp_colours,
-};
+use crate::report::plot::{Motion, PREFIXABLE, VIRIDIS, category_colour, kind_colour, kind_name};
 use crate::report::refined::Plane;
 use crate::report::text::{Style, render};
 use crate::store::{ProgramRecord, ResultTable, RunRecord, RunState, StoreError, TableKind};
@@ -138,7 +136,7 @@ pub(super) fn complete(
     trace: bool,
 ) -> Result<(), StoreError> {
     header["program"] = json!(ProgramRecord::current().to_string());
-    header["ramp"] = json!(ramp_colours().map(|colour| colour.to_string()));
+    header["ramp"] = json!(VIRIDIS.map(|colour| colour.to_string()));
     header["palette"] = (0..7)
         .map(|number| category_colour(number).to_string())
         .collect();

@@ -51,8 +51,8 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     }
     let attractors = read_attractors(&results.folder)?;
     let single = results.summary.all.len() == 1;
-    let mut drawn = Drawn::of_slices(
-        PictureKind::Basins,
+    let mut drawn = Drawn::sliced(
+        PictureKind::Basins.name(),
         slices.len().min(MOST_SLICES),
         slices.len(),
     );
@@ -130,8 +130,12 @@ fn draw_slice(
     let mut start = 0;
     while start < cells.len() {
         let first = &cells[start];
-        let same = |cell: &&Cell| cell.at[1] == first.at[1] && cell.ending == first.ending;
-        let run = cells[start..].iter().take_while(same).count();
+        // Cells without a value are missing in the list: a run ends at such a gap.
+        let continues = |(cell, column): &(&Cell, u64)| {
+            cell.at == [*column, first.at[1]] && cell.ending == first.ending
+        };
+        let columns = cells[start..].iter().zip(first.at[0]..);
+        let run = columns.take_while(continues).count();
         let [column, row] = first.at.map(|place| place as f64);
         let [x, y] = [LEFT + side * column, TOP + SIDE - side * (row + 1.0)];
         // Slightly enlarged, because abutting edges show as seams in some viewers.

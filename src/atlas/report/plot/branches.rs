@@ -36,7 +36,7 @@ const PLAIN_ENDS: [&str; 2] = ["the interval ends", "back at the first orbit"];
 pub(super) fn draw(followed: &Followed, shown: &AxisUnits, results: Option<&Results>) -> Drawn {
     let lines = followed.lines();
     let count = lines.len();
-    let mut drawn = Drawn::of_slices(PictureKind::Branches, count.min(MOST_SLICES), count);
+    let mut drawn = Drawn::sliced(PictureKind::Branches.name(), count.min(MOST_SLICES), count);
     for line in lines.iter().take(MOST_SLICES) {
         let canvas = picture(followed, shown, line, results);
         let name = format!("branches{}", suffix(followed, line));

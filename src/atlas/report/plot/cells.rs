@@ -196,8 +196,8 @@ impl<'a> Cells<'a> {
         let mut filled = vec![false; columns * rows];
         let (mut unlettered, mut dotted) = (0, 0);
         for point in &slice.points {
-            let column = position(self.across.1, point.axis_values[self.across.0]);
-            let row = position(self.up.1, point.axis_values[self.up.0]);
+            let [column, row] =
+                [self.across, self.up].map(|(index, axis)| axis.place(point.axis_values[index]));
             filled[row * columns + column] = true;
             let [x, y] = [
                 LEFT + wide * column as f64,
@@ -342,10 +342,6 @@ fn place(values: &[f64], value: f64) -> Option<f64> {
     }
     let below = values[upper.checked_sub(1)?];
     Some((upper - 1) as f64 + (value - below) / (above - below))
-}
-
-fn position(axis: &GridAxis, value: f64) -> usize {
-    axis.values.partition_point(|&known| known < value)
 }
 
 /// Draws explanations of crossed-out cells, dots and missing texts, from the height `y` down.

@@ -50,7 +50,7 @@ pub(super) fn draw(
         return Err(PictureKind::Curves.unfit("curves.parquet has no curve"));
     }
     let count = planes.len();
-    let mut drawn = Drawn::of_slices(PictureKind::Curves, count.min(MOST_SLICES), count);
+    let mut drawn = Drawn::sliced(PictureKind::Curves.name(), count.min(MOST_SLICES), count);
     for plane in planes.iter().take(MOST_SLICES) {
         let canvas = picture((followed, shown), [followed.over, second], plane, results);
         let name = format!("curves{}", suffix(followed, plane));

@@ -77,14 +77,15 @@ impl fmt::Display for Amount {
 
 impl Amount {
     /// The range from this amount to `high`. If this amount has no unit, it gets that of `high`. `None` if
-    /// `high` is not larger.
+    /// `high` is not larger. Amounts that have no common unit are not compared: they may be in SI, which
+    /// depends on the quantity, and [`Scale::new`] refuses units that do not fit.
     pub fn up_to(mut self, high: Self) -> Option<[Self; 2]> {
         if self.unit.is_empty() {
             self.unit.clone_from(&high.unit);
         }
-        let [low, top] =
-            [&self, &high].map(|amount| amount.si(&high.unit).unwrap_or(amount.number));
-        (low < top).then_some([self, high])
+        let low = if self.unit == high.unit { Some(self.number) } else { self.si(&high.unit) };
+        low.is_none_or(|low| low < high.number)
+            .then_some([self, high])
     }
 
     /// The amount in the SI unit `si`; `None` if its unit belongs to another quantity.
@@ -345,5 +346,17 @@ mod tests {
         assert_eq!(Unit::of("rpm", "m"), None);
         assert!("1 furlong".parse::<Amount>().is_err());
         assert!("much".parse::<Amount>().is_err());
+    }
+
+    #[test]
+    fn the_lower_end_of_a_range_is_below_the_upper_end() {
+        let range = |low: &str, high: &str| {
+            let [low, high] = [low, high].map(|text| text.parse::<Amount>().unwrap());
+            low.up_to(high)
+        };
+        assert!(range("0", "20 um").is_some() && range("10 um", "0.02 mm").is_some());
+        assert!(range("20 um", "0.01 mm").is_none() && range("2", "1").is_none());
+        // For a length, 0.01 is 10 mm.
+        assert!(range("2000 um", "0.01").is_some());
     }
 }

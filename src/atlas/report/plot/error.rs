@@ -82,6 +82,18 @@ pub enum PlotError {
         /// Axes of the folder.
         known: String,
     },
+    /// No axis remains along which the curves could go.
+    #[error(
+        "`{}` has no grid axis for the curves{}",
+        folder.display(),
+        except.as_ref().map_or(String::new(), |name| format!(" besides `{name}`; remove --by {name}"))
+    )]
+    NoOtherAxis {
+        /// The folder.
+        folder: PathBuf,
+        /// The axis that distinguishes the curves.
+        except: Option<String>,
+    },
     /// The same axis is requested along the curves and to distinguish them.
     #[error("--over and --by name the same axis `{name}`; name two different axes")]
     SameAxis {

@@ -11,13 +11,21 @@ use super::request::PlotRequest;
 use super::results::Results;
 use crate::report::PointSummary;
 use crate::report::numbers::number;
-use crate::store::{ResultTable, TableKind};
+use crate::store::{ResultTable, StoreError, TableKind};
 
 const TOP: f64 = 84.0;
 /// Smallest number of averaged cycles for the power law of standard errors; shorter averages are correlated.
 const POWER_LAW_FROM: f64 = 10.0;
 /// Colour of the band of the separations of single twins.
 const BAND: Colour = Colour(0xd6, 0xe4, 0xf2);
+
+/// Columns of points.parquet.
+const OF_POINT: [&str; 4] = [
+    "horizon",
+    "horizon_stderr",
+    "saturation",
+    "averaging_exponent",
+];
 
 /// A quantity over time: mesh cycles, value, spread.
 type Curve = Vec<[f64; 3]>;
@@ -76,15 +84,21 @@ impl PointData {
                 .filter_map(|row| Some([cycles[row]? as f64, values[row]?, spreads[row]?]))
                 .collect()
         };
-        let points = results.table(TableKind::Points)?;
-        let column = |name: &str| -> Result<Option<f64>, PlotError> {
-            let Some(points) = &points else {
-                return Ok(None);
-            };
-            let row = (points.u64("point_id")?.iter()).position(|id| *id == Some(point.point_id));
-            let values = points.f64(name)?;
-            Ok(row.and_then(|row| values[row]))
-        };
+        let mut numbers = [None; OF_POINT.len()];
+        let columns = [&["point_id"][..], &OF_POINT].concat();
+        ResultTable::scan(&results.folder, TableKind::Points, &columns, |part| {
+            let row = part
+                .u64("point_id")?
+                .into_iter()
+                .position(|id| id == Some(point.point_id));
+            if let Some(row) = row {
+                for (number, column) in numbers.iter_mut().zip(OF_POINT) {
+                    *number = part.f64(column)?[row];
+                }
+            }
+            Ok::<_, StoreError>(())
+        })?;
+        let [horizon, stderr, saturation, exponent] = numbers;
         Ok(Self {
             separation: curve("separation"),
             averages: [
@@ -92,10 +106,10 @@ impl PointData {
                 ("mesh force", curve("force"), 1.0),
             ],
             lambda: point.lambda,
-            horizon: column("horizon")?,
-            stderr: column("horizon_stderr")?,
-            saturation: column("saturation")?,
-            exponent: column("averaging_exponent")?,
+            horizon,
+            stderr,
+            saturation,
+            exponent,
         })
     }
 }

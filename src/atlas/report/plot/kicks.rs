@@ -2,9 +2,10 @@
 
 use super::axis::{Axis, range};
 use super::canvas::{Canvas, Place, SOFT};
+use super::categories::colour;
 use super::clip::crossing;
 use super::error::PlotError;
-use super::orbits::{key, numbers, orbit_colour, pictures};
+use super::orbits::{key, numbers, pictures};
 use super::panel::{BOTTOM, LEFT, Panel};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
@@ -51,7 +52,7 @@ fn growth(canvas: &mut Canvas, orbits: &[&Orbit]) {
     );
     panel.frame(canvas, true);
     for (place, orbit) in orbits.iter().enumerate() {
-        let colour = orbit_colour(place);
+        let colour = colour(place);
         let [full, linear] = orbit.kick.each_ref().map(|kick| path(&panel, kick));
         for [from, to] in parts(&panel, &linear) {
             canvas.dashes(from, to, colour, 1.3);

@@ -75,7 +75,7 @@ pub(super) use marker::{colour as kind_colour, name as kind_name};
 pub(super) use motion::Motion;
 pub use picture::{Drawn, Picture};
 pub use picture_kind::PictureKind;
-pub(super) use ramp::colours as ramp_colours;
+pub(super) use ramp::VIRIDIS;
 pub use request::{DEFAULT_ORDERS, PlotRequest};
 
 /// Message if a picture of a mesh is requested from something else.

@@ -4,8 +4,9 @@ use std::f64::consts::TAU;
 
 use super::axis::Axis;
 use super::canvas::{Canvas, FAINT, INK, Place, SOFT};
+use super::categories::colour;
 use super::error::PlotError;
-use super::orbits::{key, numbers, orbit_colour, pictures};
+use super::orbits::{key, numbers, pictures};
 use super::panel::{LEFT, Panel, TOP};
 use super::picture::Drawn;
 use super::picture_kind::PictureKind;
@@ -63,13 +64,14 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
         canvas.line(&ends, super::canvas::Colour(0xc4, 0xc4, 0xc4), 1.0);
     }
     canvas.line(&round(1.0), INK, 1.6);
-    let inside = |[re, im]: [f64; 2]| {
-        let beyond = (re.abs().max(im.abs()) / extent).max(1.0);
-        panel.at(re / beyond, im / beyond)
+    let beyond = |[re, im]: [f64; 2]| (re.abs().max(im.abs()) / extent).max(1.0);
+    let inside = |multiplier: [f64; 2]| {
+        let [re, im] = multiplier.map(|part| part / beyond(multiplier));
+        panel.at(re, im)
     };
     for (place, orbit) in orbits.iter().enumerate() {
         for multiplier in &orbit.multipliers {
-            canvas.disc(inside(*multiplier), 3.4, orbit_colour(place));
+            canvas.disc(inside(*multiplier), 3.4, colour(place));
         }
     }
     let leading = (orbits.iter().enumerate()).flat_map(|(place, orbit)| {
@@ -89,7 +91,8 @@ fn plane(canvas: &mut Canvas, orbits: &[&Orbit]) {
         "grey: inside the unit circle, stable",
         "numbers: leading multipliers",
     ];
-    if outermost > EXTENT[1] / MARGIN_FACTOR {
+    let mut multipliers = orbits.iter().flat_map(|orbit| &orbit.multipliers);
+    if multipliers.any(|multiplier| beyond(*multiplier) > 1.0) {
         notes.push("at the edge: farther out");
     }
     for (line, note) in notes.iter().rev().enumerate() {
@@ -103,5 +106,34 @@ fn leading(orbit: &Orbit) -> Vec<[f64; 2]> {
         None => Vec::new(),
         Some([re, 0.0]) => vec![[re, 0.0]],
         Some([re, im]) => vec![[re, im], [re, -im]],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_note_names_multipliers_beyond_the_edge() {
+        let is_noted = |multiplier: f64| {
+            let orbit = Orbit {
+                point_id: 0,
+                period: 1,
+                state: None,
+                stable: false,
+                modulus: multiplier,
+                leading: Some([multiplier, 0.0]),
+                bifurcation: None,
+                grazing_margin: None,
+                kick_growth: None,
+                kick_growth_linear: None,
+                multipliers: vec![[multiplier, 0.0]],
+                kick: [Vec::new(), Vec::new()],
+            };
+            let mut canvas = Canvas::titled("", "");
+            plane(&mut canvas, &[&orbit]);
+            canvas.texts().any(|text| text.contains("farther out"))
+        };
+        assert_eq!([1.1, 3.8, 4.2].map(is_noted), [false, false, true]);
     }
 }

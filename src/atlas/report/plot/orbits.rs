@@ -42,7 +42,7 @@ pub(super) fn pictures(
             _ => "no orbit was found",
         }));
     }
-    let mut drawn = Drawn::of_slices(what, ids.len().min(MOST_SLICES), ids.len());
+    let mut drawn = Drawn::sliced(what.name(), ids.len().min(MOST_SLICES), ids.len());
     for &id in ids.iter().take(MOST_SLICES) {
         let of_point: Vec<&Orbit> = (orbits.orbits.iter())
             .filter(|orbit| orbit.point_id == id && drawable(orbit))
@@ -57,11 +57,6 @@ pub(super) fn pictures(
         drawn.pictures.push(Picture::new(name, canvas));
     }
     Ok(drawn)
-}
-
-/// The colour of an orbit by its index.
-pub(super) fn orbit_colour(place: usize) -> Colour {
-    colour(place)
 }
 
 /// Draws the key: the orbits with their numbers, from a place down. `second` gives the second line of an
@@ -117,8 +112,8 @@ pub(super) fn numbers(canvas: &mut Canvas, wanted: &[(usize, Place)]) {
 /// Draws a disc in the colour of an orbit, with the number of the orbit, from 1.
 fn numbered(canvas: &mut Canvas, centre: Place, place: usize) {
     canvas.disc(centre, 9.5, WHITE);
-    canvas.disc(centre, 8.5, orbit_colour(place));
-    let Colour(red, green, blue) = orbit_colour(place);
+    canvas.disc(centre, 8.5, colour(place));
+    let Colour(red, green, blue) = colour(place);
     // The luminance of the colour decides between dark and white text.
     let light = 0.3 * f64::from(red) + 0.6 * f64::from(green) + 0.1 * f64::from(blue) > 130.0;
     let ink = if light { INK } else { WHITE };

@@ -3,7 +3,6 @@
 use super::canvas::Canvas;
 use super::draw;
 use super::error::PlotError;
-use super::picture_kind::PictureKind;
 
 /// A picture, not yet in a file format.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,12 +57,7 @@ impl Drawn {
         }
     }
 
-    /// A start without pictures, with a note if only `drawn` of `all` slices will be drawn.
-    pub(super) fn of_slices(what: PictureKind, drawn: usize, all: usize) -> Self {
-        Self::sliced(what.name(), drawn, all)
-    }
-
-    /// As [`Self::of_slices`], for a picture whose name is not that of a kind.
+    /// A start without pictures, with a note on the picture `name` if only `drawn` of `all` slices will be drawn.
     pub(super) fn sliced(name: &str, drawn: usize, all: usize) -> Self {
         let mut notes = Vec::new();
         if drawn < all {

@@ -5,8 +5,8 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Canvas, Colour, INK, WHITE};
 use super::panel::{LABEL_SIZE, TICK_SIZE};
 
-/// Viridis at nine evenly spaced fractions.
-const VIRIDIS: [Colour; 9] = [
+/// Viridis at nine evenly spaced fractions, dark to bright.
+pub(in crate::report) const VIRIDIS: [Colour; 9] = [
     Colour(0x44, 0x01, 0x54),
     Colour(0x47, 0x2d, 0x7b),
     Colour(0x3b, 0x52, 0x8b),
@@ -17,11 +17,6 @@ const VIRIDIS: [Colour; 9] = [
     Colour(0xad, 0xdc, 0x30),
     Colour(0xfd, 0xe7, 0x25),
 ];
-
-/// Colours at evenly spaced fractions of the ramp, dark to bright.
-pub(in crate::report) fn colours() -> [Colour; 9] {
-    VIRIDIS
-}
 
 /// The colour of the ramp at a fraction, which is clamped to 0 to 1.
 pub(super) fn viridis(fraction: f64) -> Colour {

@@ -156,28 +156,23 @@ impl Results {
     /// `except`.
     pub fn along_any(&self, name: Option<&str>, except: Option<&str>) -> Result<usize, PlotError> {
         let axes = &self.summary.axes;
-        let name =
-            name.or((self.summary.carried_along.as_deref()).filter(|swept| Some(*swept) != except));
-        let longest = |index: &usize| (axes[*index].values.len() > 1, axes[*index].values.len());
-        let axis_names = || {
-            axes.iter()
-                .map(|axis| axis.name.as_str())
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
-        let refused = |name: &str| PlotError::NoAxis {
-            name: name.to_owned(),
-            folder: self.folder.clone(),
-            known: axis_names(),
-        };
-        match name {
-            Some(name) => {
-                (axes.iter().position(|axis| axis.name == name)).ok_or_else(|| refused(name))
-            }
+        let swept = self.summary.carried_along.as_deref();
+        match name.or(swept.filter(|swept| Some(*swept) != except)) {
+            Some(name) => (axes.iter().position(|axis| axis.name == name)).ok_or_else(|| {
+                let names: Vec<&str> = axes.iter().map(|axis| axis.name.as_str()).collect();
+                PlotError::NoAxis {
+                    name: name.to_owned(),
+                    folder: self.folder.clone(),
+                    known: names.join(", "),
+                }
+            }),
             None => (0..axes.len())
                 .filter(|&index| Some(axes[index].name.as_str()) != except)
-                .max_by_key(longest)
-                .ok_or_else(|| refused("speed")),
+                .max_by_key(|&index| axes[index].values.len())
+                .ok_or_else(|| PlotError::NoOtherAxis {
+                    folder: self.folder.clone(),
+                    except: except.map(str::to_owned),
+                }),
         }
     }
 
@@ -346,7 +341,7 @@ impl Results {
         (slices, all): (Vec<Slice<'s>>, usize),
         mut draw: impl FnMut(&Slice<'s>) -> Canvas,
     ) -> Drawn {
-        let mut drawn = Drawn::of_slices(what, slices.len(), all);
+        let mut drawn = Drawn::sliced(what.name(), slices.len(), all);
         for slice in &slices {
             let name = format!("{}{}", what.name(), slice.suffix);
             drawn.pictures.push(Picture::new(name, draw(slice)));
@@ -372,8 +367,8 @@ impl Results {
 
     /// The point with a number.
     pub fn point(&self, point_id: u64) -> Result<&PointSummary, PlotError> {
-        let point = self.summary.all.iter().find(|p| p.point_id == point_id);
-        point.ok_or(PlotError::UnknownPoint { point_id })
+        (self.place(point_id).map(|place| &self.summary.all[place]))
+            .ok_or(PlotError::UnknownPoint { point_id })
     }
 
     /// A point as text: `point 45: load 0.1, speed 1108 rad/s  ·  chaotic`.

@@ -1,6 +1,6 @@
 //! Basin shares over one axis: one colour per branch, with 95 % intervals.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use super::axis::{Axis, range, span_words};
 use super::canvas::{Anchor, Canvas, Colour, INK, Place, SOFT, WIDTH};
@@ -40,14 +40,12 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
     let drawn = results.by_slice(PictureKind::Shares, slices, |slice| {
         let title = format!("basin shares over {name}");
         let mut canvas = results.canvas(&title, &[&slice.words]);
+        let points = slice.points.iter().map(|point| (point.point_id, *point));
+        let points: HashMap<u64, &PointSummary> = points.collect();
         // Colours follow the order of the branches within the slice.
         let mut by_branch: BTreeMap<usize, Vec<(&PointSummary, &Attractor)>> = BTreeMap::new();
         for (attractor, branch) in attractors.iter().zip(&followed) {
-            let point = slice
-                .points
-                .iter()
-                .find(|p| p.point_id == attractor.point_id);
-            if let Some(point) = point {
+            if let Some(&point) = points.get(&attractor.point_id) {
                 by_branch
                     .entry(*branch)
                     .or_default()

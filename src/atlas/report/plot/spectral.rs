@@ -7,7 +7,7 @@ use super::error::PlotError;
 use super::picture_kind::PictureKind;
 use super::results::Results;
 use super::spectrum::unit_of;
-use crate::store::{ResultTable, TableKind};
+use crate::store::{ResultTable, StoreError, TableKind};
 
 /// The word for a signal in `signals` of the manifest: `bearings` for `bearing pinion 1 x`. `None` for an
 /// unknown signal.
@@ -28,6 +28,9 @@ fn group(signal: &str) -> Option<&'static str> {
 /// Largest distance of a line from an order to which it counts \[mesh orders\]: the spacing of averaged
 /// spectra.
 const REACH: f64 = 1.0 / 64.0;
+
+/// The amplitudes of a list of a point.
+type Amplitudes = Vec<Option<f64>>;
 
 /// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,26 +148,31 @@ impl SpectralLines {
                 ),
             }));
         }
-        let table = ResultTable::read(&results.folder, TableKind::Points)?;
-        let whole = table.lists("harmonics")?.into_iter();
-        let parts = table.lists("suborders")?.into_iter();
-        let lines: Vec<Vec<Line>> = (whole.zip(parts))
-            .map(|(whole, parts)| {
-                let line = |(order, amplitude): (f64, Option<f64>)| {
-                    Some(Line {
-                        order,
-                        frequency: None,
-                        amplitude: amplitude?,
-                    })
-                };
-                let parts = SUBORDERS
-                    .iter()
-                    .map(|(_, order)| *order)
-                    .zip(parts.unwrap_or_default());
-                let whole = (1..).map(f64::from).zip(whole.unwrap_or_default());
-                parts.chain(whole).filter_map(line).collect()
-            })
-            .collect();
+        let of_lists = |(whole, parts): (Option<Amplitudes>, Option<Amplitudes>)| -> Vec<Line> {
+            let line = |(order, amplitude): (f64, Option<f64>)| {
+                Some(Line {
+                    order,
+                    frequency: None,
+                    amplitude: amplitude?,
+                })
+            };
+            let orders = SUBORDERS.iter().map(|(_, order)| *order);
+            let parts = orders.zip(parts.unwrap_or_default());
+            let whole = (1..).map(f64::from).zip(whole.unwrap_or_default());
+            parts.chain(whole).filter_map(line).collect()
+        };
+        let mut points: Vec<(Option<u64>, Vec<Line>)> = Vec::new();
+        let columns = ["point_id", "harmonics", "suborders"];
+        ResultTable::scan(&results.folder, TableKind::Points, &columns, |part| {
+            let lists = part
+                .lists("harmonics")?
+                .into_iter()
+                .zip(part.lists("suborders")?);
+            points.extend(part.u64("point_id")?.into_iter().zip(lists.map(of_lists)));
+            Ok::<_, StoreError>(())
+        })?;
+        points.sort_by_key(|(id, _)| *id);
+        let lines: Vec<Vec<Line>> = points.into_iter().map(|(_, lines)| lines).collect();
         if lines.iter().all(Vec::is_empty) {
             return Err(what.unfit(
                 "no point has harmonics; add `nvh = { harmonics = 5, spectrum = {} }` to [analyses] of the manifest",

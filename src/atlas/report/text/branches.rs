@@ -1,13 +1,16 @@
 //! The branches of attractors, as text.
 
+use super::manifest_units::converted;
 use super::table::place_words;
 use crate::report::numbers::number;
 use crate::report::point::varied;
 use crate::report::summary::Summary;
 use std::fmt::Write;
 
-/// The branches of a results folder as text: one line per attractor, branch by branch.
+/// The branches of a results folder as text: one line per attractor, branch by branch. Axes have the units of
+/// the manifest.
 pub fn render_branches(summary: &Summary) -> String {
+    let summary = &converted(summary);
     let mut text = String::from("branches of attractors");
     let along = summary.axes.iter().rposition(|axis| axis.values.len() > 1);
     match along.map(|along| &summary.axes[along]) {

@@ -151,7 +151,7 @@ fn mark(cell: Cell, largest: f64) -> char {
     match cell {
         Cell::Missing => ' ',
         Cell::Unclassified => '.',
-        Cell::SteadyContact => 'S',
+        Cell::SteadyContact => 'L',
         Cell::Periodic(period @ 1..=9) => char::from(b'0' + period as u8),
         Cell::Periodic(_) => '+',
         Cell::Failed => 'x',
@@ -166,7 +166,7 @@ fn meaning(cell: Cell) -> Option<&'static str> {
     match cell {
         Cell::Missing => None,
         Cell::Unclassified => Some(". not classified"),
-        Cell::SteadyContact => Some("S steady contact"),
+        Cell::SteadyContact => Some("L steady contact"),
         Cell::Periodic(1..=9) => Some("1-9 period in mesh cycles"),
         Cell::Periodic(_) => Some("+ longer period"),
         Cell::Failed => Some("x failed"),

@@ -21,6 +21,7 @@ pub(super) fn converted(summary: &Summary) -> Summary {
         &mut shown.chaotic,
         &mut shown.twin_disagrees,
         &mut shown.coexisting_points,
+        &mut shown.lifetimes.transient,
         &mut shown.troubled,
         &mut shown.all,
     ];
@@ -49,4 +50,35 @@ fn convert(point: &mut PointSummary, units: &[Unit]) {
 
 fn scale(values: &mut [f64], factor: f64) {
     values.iter_mut().for_each(|value| *value *= factor);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_list_of_points_is_in_the_units_of_the_manifest() {
+        let points = || {
+            vec![PointSummary {
+                axis_values: vec![2e-5],
+                ..PointSummary::default()
+            }]
+        };
+        let mut summary = Summary {
+            axes: vec![Axis {
+                name: "mesh.half_gap".into(),
+                unit: "m".into(),
+                values: vec![2e-5],
+            }],
+            units: [("mesh.half_gap".to_owned(), "um".to_owned())].into(),
+            chaotic: points(),
+            all: points(),
+            ..Summary::default()
+        };
+        summary.lifetimes.transient = points();
+        let shown = converted(&summary);
+        for list in [shown.chaotic, shown.all, shown.lifetimes.transient] {
+            assert!((list[0].axis_values[0] - 20.0).abs() < 1e-9, "{list:?}");
+        }
+    }
 }

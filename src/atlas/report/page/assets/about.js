@@ -1,4 +1,4 @@
-// Where the results come from: what `atlas show` says of them, warnings, the record of the run, its manifest.
+// The view "Run": warnings, the summary of `atlas show`, the record of the run and its manifest.
 
 function startAbout() {
   const section = document.getElementById("run");
@@ -29,7 +29,7 @@ function checksums() {
   return `${plural(HEAD.checked, "table")} matched the checksums in run.json when this page was written.${orbits}`;
 }
 
-/** Units of numbers of the record, which run.json states in SI, by the last word of their names. */
+/** SI units of the numbers in a record, by the last word of their names. */
 const RECORD_UNITS = {
   memory: "B", bytes: "B", after: "s", wall_time: "s", wall_time_low: "s", wall_time_high: "s", wall_time_per_cycle: "s", cycles_per_second: "1/s",
 };
@@ -40,7 +40,7 @@ function recorded(name, value) {
   return unit ? `${value} ${unit}` : String(value);
 }
 
-/** A record as lines of names with dots and values. */
+/** A record as lines: a name with dots, and a value. */
 function flat(value, name = "") {
   if (value === null) return [];
   if (Array.isArray(value) && value.every((entry) => typeof entry !== "object")) return value.length > 0 ? [[name, value.join(", ")]] : [];

@@ -1,4 +1,4 @@
-// Which cells of a slice of initial states of a point lead to which of its attractors.
+// Basins of attraction: a slice of initial states of a point, each cell in the colour of the attractor to which it leads.
 
 function showBasins(table, from, to, place) {
   const [i, j, x, y, attractors, statuses] = ["i", "j", "x", "y", "attractor_id", "status"].map((name) => table.column(name));
@@ -24,7 +24,7 @@ function showBasins(table, from, to, place) {
     draw: (pen) => rows.forEach((row) => {
       pen.ctx.fillStyle = colour(row);
       const edge = (cell, side) => [across, up][side].range[0] + (2 * cell - 1) * half[side];
-      // Whole pixels: abutting edges between two of them show as seams.
+      // Cells end on whole pixels. Otherwise abutting edges would show as seams.
       const [left, right] = [0, 1].map((more) => Math.round(pen.x(edge(i.values[row] + more, 0))));
       const [bottom, top] = [0, 1].map((more) => Math.round(pen.y(edge(j.values[row] + more, 1))));
       pen.ctx.fillRect(left, top, right - left, bottom - top);

@@ -1,5 +1,5 @@
-// Followed orbits: branches with their bifurcations over the axis that they were followed over, curves of bifurcations
-// over two axes, and the trajectory of a trace.
+// Followed orbits: branches with their bifurcations over the followed axis, and bifurcation curves over two axes. Also the
+// trajectory of a trace.
 
 const SHAPES = {
   fold: "disc", period_doubling: "square", torus: "triangle", merging: "diamond", branch_point: "plus",
@@ -9,12 +9,12 @@ const SHAPES = {
 const branches = { what: "branches", y: "deflection_rms", x: "", chart: null, chosen: null };
 const trajectory = { y: "deflection", x: "time", chart: null };
 
-/** Columns of numbers of a table that are offered. */
+/** Columns of numbers of a table, as options of a choice. */
 function numberColumns(table) {
   return table.columns.filter((column) => column.kind === "number" || column.kind === "whole").map(({ name }) => [name, name]);
 }
 
-/** Values of a column in the unit in which it is shown, the factor to it from SI, and its label. */
+/** Values of a column in its shown unit, the factor from SI to this unit, and the label of an axis. */
 function shownValues(column, rows) {
   const axis = HEAD.axes?.find((own) => own.name === column.name) ?? column;
   const values = rows.map((row) => column.values[row]);
@@ -22,7 +22,7 @@ function shownValues(column, rows) {
   return { values: values.map((value) => value * factor), factor, label: `${column.name} [${unit}]` };
 }
 
-/** All columns of a row in lines, for the box beside the pointer or the side. */
+/** All columns of a row that have a value, as lines for the box beside the pointer. */
 function rowLines(table, row) {
   return table.columns.filter((column) => column.has(row)).map((column) => `${column.name}: ${valueText(table, column, row)}`);
 }
@@ -51,7 +51,7 @@ async function startBranches() {
   drawBranches();
 }
 
-/** Rows of a table, one list for every value of a column, in their order. */
+/** Rows of a table, grouped by the value of a column. */
 function grouped(table, name) {
   const groups = new Map();
   const column = table.column(name);
@@ -63,7 +63,7 @@ function grouped(table, name) {
   return groups;
 }
 
-/** Consecutive rows that agree in a text or a number, each part with the first row of the next. */
+/** Parts of consecutive rows with equal `key`. Each part also has the first row of the next part, so that lines join. */
 function parts(rows, key) {
   const found = [];
   for (const row of rows) {
@@ -77,13 +77,13 @@ function parts(rows, key) {
   return found;
 }
 
-/** The colour of a kind of bifurcation; what has none of its own is drawn in the ink of the page, dark or light. */
+/** The colour of a kind of bifurcation; kinds without a colour get the text colour of the page. */
 function kindColour(name) {
   const colour = HEAD.kinds[name]?.colour;
   return colour === undefined || colour === HEAD.kinds.onset.colour ? themed("ink") : colour;
 }
 
-/** Rows of a curve in stretches: an onset of rattle, which is computed at even values of the axis that is no load, is broken where it has none. */
+/** Stretches of the curve of an onset of rattle. It is computed at evenly spaced values of the axis that is not the load, and interrupted where no onset exists. */
 function stretches(rows, values) {
   const steps = rows.slice(1).map((row, i) => Math.abs(values[row] - values[rows[i]]));
   const most = 1.5 * Math.min(...steps);
@@ -95,7 +95,7 @@ function stretches(rows, values) {
   return found;
 }
 
-/** What axes that orbits are not followed over have at a row of a table, where they vary within it. */
+/** Values at a row of the axes that vary in the table, except the followed axis, as text. */
 function otherPlaces(table, row) {
   const others = HEAD.axes.filter((axis, index) => index !== HEAD.over && new Set(table.column(axis.name)?.values).size > 1);
   return others.map((axis) => `${axis.name} ${axisText(axis, table.column(axis.name).values[row])}, `).join("");
@@ -111,7 +111,7 @@ function drawBranches() {
   const [own, up] = [lines.column(x), lines.column(y)];
   const [xs, ys] = [shownValues(own, all), shownValues(up, all)];
   const marked = marks?.column(x) && marks.column(y) ? Array.from({ length: marks.rows }, (_, row) => row) : [];
-  // Marks are shown in the unit of the lines, whatever their own values are.
+  // Marks have the unit of the lines.
   const [mx, my] = [[x, xs], [y, ys]].map(([name, shown]) => marked.map((row) => marks.column(name).values[row] * shown.factor));
   const kind = (curves ? lines : marks)?.column("kind");
   const stable = lines.column("stable");
@@ -120,7 +120,7 @@ function drawBranches() {
   const colour = (row, index) => (curves ? kindColour(kind.text(row)) : HEAD.palette[index % HEAD.palette.length]);
   const isOnset = (row) => curves && kind.text(row) === "onset";
   const [note, steady] = [lines.column("note"), ["load", "torque"].includes(x) ? ys : xs];
-  // An onset leads far beyond the plane that was asked for, in which all else lies.
+  // An onset may reach far beyond the requested plane, which contains everything else: the range ignores it.
   const range = (shown, axis) => {
     const within = curves ? [...branches.grid[axis]].map((value) => value * shown.factor) : [];
     return padded(extent([...shown.values.filter((value, row) => !isOnset(row)), ...within]));
@@ -201,7 +201,7 @@ function drawBranches() {
   document.querySelector("#branches .legend").replaceChildren(...entries);
 }
 
-/** A symbol of the plot as text, for its legend. */
+/** A symbol of the plot as a character, for the legend. */
 function symbol(shape, colour) {
   const texts = { disc: "●", square: "■", triangle: "▲", diamond: "◆", plus: "+", cross: "×", bar: "|" };
   const mark = make("span", { class: "symbol", "aria-hidden": "true" }, texts[shape]);
@@ -209,7 +209,7 @@ function symbol(shape, colour) {
   return mark;
 }
 
-/** What the metadata of a trace say of it: `load 0.1, speed 1047 rad/s · mesh period 300.1 µs · …`. */
+/** The metadata of a trace as text: `load 0.1, speed 1047 rad/s · mesh period 300.1 µs · …`. */
 function traceWords({ point = "{}", point_units: units = "{}", manifest_hash: hash, ...amounts }) {
   const names = JSON.parse(units);
   const places = Object.entries(JSON.parse(point)).map(([axis, value]) => `${axis} ${joined(digits(value), readable(names[axis] ?? ""))}`);

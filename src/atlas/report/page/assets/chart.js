@@ -1,5 +1,5 @@
-// A plot over two axes: uPlot draws axes and grid and zooms (drag; a double click shows all again), the page
-// draws what is between, and finds what the pointer is at.
+// A plot over two axes. uPlot draws the axes and the grid, and zooms (drag; a double click shows all again). This code draws
+// the contents, and finds the element at the pointer.
 
 const CHARTS = new Set();
 
@@ -8,7 +8,7 @@ function themed(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 }
 
-/** Ticks of a logarithmic axis: 1, 2 and 5 times powers of ten, or so many of the powers as have room. */
+/** Ticks of a logarithmic axis: 1, 2 and 5 times powers of ten, or as many powers of ten as there is room for. */
 function decades(low, high, room) {
   const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];
   const wide = Math.log10(high / low);
@@ -26,9 +26,9 @@ function decades(low, high, room) {
 
 class Chart {
   /**
-   * `spec.x`, `spec.y`: `label`, `range` and, where they have them, `log`, `size` of the texts, `ticks(low, high, room)` and `text(value)`;
-   * `draw(pen)` draws; `pick(x, y, pen)` finds what is at a place in pixels of the page, `tip(found)` tells it in lines
-   * and `choose(found)` is called at a click. `step(right, up)` finds what an arrow key leads to.
+   * `spec.x`, `spec.y`: `label`, `range` and, optionally, `log`, `size` of the texts, `ticks(low, high, room)` and `text(value)`.
+   * `draw(pen)` draws the contents. `pick(x, y, pen)` finds the element at a place in pixels of the page; `tip(found)` describes
+   * it in lines, and a click calls `choose(found)`. `step(right, up)` finds the element to which an arrow key moves.
    */
   constructor(host, spec) {
     this.host = host;
@@ -60,7 +60,7 @@ class Chart {
       stroke: themed("ink"),
       grid: { stroke: themed("faint"), width: 1, show: own.ticks === undefined },
       ticks: { stroke: themed("faint"), width: 1 },
-      // The library's own logarithmic ticks take it for granted that an axis begins at a power of ten.
+      // The logarithmic ticks of the library assume that an axis begins at a power of ten.
       splits: (own.ticks ?? own.log) && ((u, index, low, high) => {
         const length = u.bbox[side === 2 ? "width" : "height"] / devicePixelRatio;
         return own.ticks ? own.ticks(low, high, length) : decades(low, high, length / (side === 2 ? 70 : 34));
@@ -122,7 +122,7 @@ class Chart {
     this.spec.choose(this.spec.step(...move));
   }
 
-  /** Draws again what is between the axes. */
+  /** Draws the contents again, without the axes. */
   redraw() {
     this.plot.redraw(false);
   }
@@ -132,7 +132,7 @@ class Chart {
     if (width > 0 && width !== this.plot.width) this.plot.setSize({ width, height: this.height });
   }
 
-  /** Draws all again, in the colours of another theme. */
+  /** Draws everything again, in the colours of another theme. */
   rebuild() {
     this.plot.destroy();
     this.build();
@@ -147,8 +147,8 @@ class Chart {
 }
 
 /**
- * Saves a chart as it is shown, with its name, its legend and its caption. The browser draws the words as part of an SVG
- * image, in which the styles of the page apply. Browsers that do not give such an image back save the plot alone.
+ * Saves a chart as shown, with its name, its legend and its caption. The browser draws the texts as part of an SVG image,
+ * in which the styles of the page apply. If a browser does not allow reading such an image, only the plot is saved.
  */
 async function savePicture({ host, plot }) {
   const name = `${HEAD.job ?? HEAD.folder}: ${host.getAttribute("aria-label").split(". ")[0]}`;
@@ -188,7 +188,7 @@ async function savePicture({ host, plot }) {
   }
 }
 
-/** Shapes at values of the axes. */
+/** Draws shapes at values of the axes. */
 class Pen {
   constructor(plot) {
     this.plot = plot;
@@ -196,7 +196,7 @@ class Pen {
     this.ratio = devicePixelRatio;
   }
 
-  /** Place of a value on the canvas. */
+  /** Position of a value on the canvas, in device pixels. */
   x(value) {
     return this.plot.valToPos(value, "x", true);
   }
@@ -205,7 +205,7 @@ class Pen {
     return this.plot.valToPos(value, "y", true);
   }
 
-  /** A line through places; it is broken where one is no number. */
+  /** A line through places; it is interrupted at places with NaN. */
   line(xs, ys, colour, { width = 1.5, dash = [] } = {}) {
     const { ctx, ratio } = this;
     ctx.beginPath();
@@ -227,7 +227,7 @@ class Pen {
     ctx.setLineDash([]);
   }
 
-  /** Small squares, which are drawn faster than discs where there are many. */
+  /** Small squares, which are drawn faster than discs. */
   dots(xs, ys, colour, size = 3) {
     const { ctx, ratio } = this;
     const side = Math.max(1, size * ratio);
@@ -268,7 +268,7 @@ class Pen {
     ctx.stroke();
   }
 
-  /** Lines from values up to others. */
+  /** Vertical lines from low to high values. */
   bars(xs, lows, highs, colour, width = 1) {
     const { ctx, ratio } = this;
     ctx.beginPath();
@@ -283,7 +283,7 @@ class Pen {
     ctx.stroke();
   }
 
-  /** The nearest of some places to one in pixels of the page, at most so many away; −1 where none is. */
+  /** Index of the place that is nearest to a position in pixels of the page, at most `most` pixels away; −1 if there is none. */
   nearest(xs, ys, left, top, most = 18) {
     const { ratio, plot } = this;
     const [a, b] = [left * ratio + plot.bbox.left, top * ratio + plot.bbox.top];

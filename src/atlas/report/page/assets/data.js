@@ -1,11 +1,11 @@
 "use strict";
-// The tables of the folder. Each column is an array of the page that is inflated when it is first asked for, so that
-// a page of a hundred thousand points opens as fast as its first picture needs. The arrays of that picture come before
-// these programs, the others behind them: they run while the rest of the file is still being read.
+// The tables of the folder. Each column is an array of the page, which is inflated only when it is needed, so that a page of
+// a hundred thousand points opens quickly. The arrays of the first picture come before this code in the file, all others
+// come after it: the code runs while the browser still reads the rest of the file.
 
 const HEAD = JSON.parse(document.getElementById("head").textContent);
 
-/** The element with an array of the page, once all of it has been read: then another element follows, or nothing does. */
+/** The element with an array of the page. Waits until it is complete: until another element follows, or the page is read. */
 async function arrived(number) {
   for (;;) {
     const element = document.getElementById(`block-${number}`);
@@ -14,7 +14,7 @@ async function arrived(number) {
   }
 }
 
-/** When more elements of the page have been read, or all. */
+/** Resolves when the browser has read more elements of the page, or all. */
 function more() {
   return new Promise((resolve) => {
     const seen = new MutationObserver(() => {
@@ -26,7 +26,7 @@ function more() {
   });
 }
 
-/** Bytes of an array of the page, inflated. */
+/** Inflated bytes of an array of the page. */
 async function inflated(number) {
   const text = (await arrived(number)).textContent;
   const bytes = Uint8Array.fromBase64
@@ -53,7 +53,7 @@ async function numbers(number, Type = Float64Array) {
   return new Type(bytes.buffer);
 }
 
-/** A column of a table; `load` comes before all else. */
+/** A column of a table. Call `load` before all other methods. */
 class Column {
   constructor(told) {
     Object.assign(this, told);
@@ -86,25 +86,25 @@ class Column {
     }
   }
 
-  /** Elements of the list of a row; 0 where there is none. */
+  /** Number of elements of the list of a row; 0 without a list. */
   length(row) {
     return this.sizes[row] === 0xffffffff ? 0 : this.sizes[row];
   }
 
-  /** A number, NaN where there is none; of a list that of an element. */
+  /** The number of a row, or an element of its list; NaN if there is none. */
   number(row, element = 0) {
     if (this.kind === "text") return NaN;
     if (this.kind !== "list") return this.values[row];
     return element < this.length(row) ? this.values[this.starts[row] + element] : NaN;
   }
 
-  /** A text, null where there is none. */
+  /** The text of a row; null if there is none. */
   text(row) {
     const code = this.codes[row];
     return code === 0 ? null : this.values[code - 1];
   }
 
-  /** The list of a row, null where there is none. */
+  /** The list of a row; null if there is none. */
   list(row) {
     if (this.sizes[row] === 0xffffffff) return null;
     return this.values.subarray(this.starts[row], this.starts[row] + this.sizes[row]);
@@ -123,7 +123,7 @@ class Column {
   }
 }
 
-/** A table; its rows are in ascending `point_id` where it has one. */
+/** A table. Its rows are in ascending `point_id`, if it has this column. */
 class Table {
   constructor(told) {
     this.name = told.name;
@@ -138,14 +138,14 @@ class Table {
     return this.byName.get(name) ?? null;
   }
 
-  /** Loads columns, all of them where none is named; gives those that are there. */
+  /** Loads the named columns, or all without names. Returns them; null for a column that does not exist. */
   async load(...names) {
     const chosen = names.length > 0 ? names.map((name) => this.column(name)) : this.columns;
     await Promise.all(chosen.map((column) => column?.load()));
     return chosen;
   }
 
-  /** First row of a point, and the row behind its last. */
+  /** First row of a point, and the row after its last. */
   async rowsOf(point) {
     const [ids] = await this.load("point_id");
     if (ids === null) return [0, 0];
@@ -164,7 +164,7 @@ class Table {
 
 const TABLES = new Map(HEAD.tables.map((told) => [told.name, new Table(told)]));
 
-/** The column with the standard errors of another; null where it has none. */
+/** The column with the standard errors of another column; null if there is none. */
 function errorsOf(table, name) {
   return table.column(name === "lambda_max" ? "lambda_stderr" : `${name}_stderr`);
 }

@@ -1,8 +1,8 @@
-// What is known of the selected point: all its columns, its section, spectra and orders, and its rows of other tables.
+// The selected point: all its columns, its Poincaré section, spectra and basins, and its rows of other tables.
 
-/** Tables with a picture of their own; of others the rows are shown. */
+/** Tables with a picture. For all other tables, the rows of the point are shown. */
 const PICTURED = ["points", "poincare", "spectra", "basins"];
-/** Most rows shown of a table. */
+/** Largest number of shown rows of a table. */
 const MOST_ROWS = 100;
 
 const detail = { charts: [], section: "", signal: "", over: "order", asked: 0 };
@@ -80,7 +80,7 @@ async function showPoint(row) {
   }
 }
 
-/** What is known of a motion that does not settle: how long its chaos lasts, and how much was seen of it. */
+/** The evidence for a motion that does not settle: lifetime of its chaos, and size of the sample. */
 function evidence(row) {
   const number = (name) => POINTS.column(name)?.number(row) ?? NaN;
   const [low, high, life] = ["low", "high", ""].map((end) => number(end === "" ? "chaos_lifetime" : `chaos_lifetime_${end}`));
@@ -107,12 +107,12 @@ function evidence(row) {
   return [make("h3", {}, "Evidence"), make("table", { class: "statistics" }, make("tbody", {}, lines))];
 }
 
-/** Unit of a value: in tables of several signals that of its row. */
+/** Unit of a value. In tables of several signals, the row gives the unit. */
 function unitOf(table, column, row) {
   return (column.unit.includes(" or ") && table.column("unit")?.text(row)) || column.unit;
 }
 
-/** One value as people read it, with its unit; a list with names of its elements. */
+/** A value as text with its unit; a list with the names of its elements. */
 function valueText(table, column, row) {
   if (column.kind === "text") return column.text(row) ?? "";
   const errors = errorsOf(table, column.name);
@@ -155,7 +155,7 @@ function statistics(row) {
     absent > 0 ? make("p", { class: "soft" }, `${plural(absent, "more column")} without a value at this point.`) : null);
 }
 
-/** The rows of a table that are of one point. */
+/** The rows of a table that belong to one point, as an element. */
 function rowsOf(table, from, to) {
   const columns = table.columns.filter((column) => column.name !== "point_id" && !isError(table, column.name));
   const rows = Array.from({ length: Math.min(to - from, MOST_ROWS) }, (_, i) => from + i);
@@ -167,7 +167,7 @@ function rowsOf(table, from, to) {
     plainTable(table.name, heads, texts, (column) => columns[column].kind !== "text"));
 }
 
-/** A head, a choice and a place for a chart. */
+/** Fills `place` with a heading, controls and an element for a chart. Returns this element. */
 function picture(place, title, controls) {
   const host = make("div", { class: "plot small", role: "img", "aria-label": `point ${grid.ids[grid.selected]} (${placeWords(grid.selected)}): ${title}` });
   place.replaceChildren(make("h3", {}, title), make("div", { class: "controls" }, controls), host);
@@ -189,7 +189,7 @@ function showSection(table, from, to, place) {
   plotPlaces(host, own, deflections, velocities, ["cycle", "phase"].map((name) => table.column(name)));
 }
 
-/** A scatter plot of two columns over some rows; other columns are told beside the pointer. */
+/** A scatter plot of two columns over some rows. The box beside the pointer also shows the other columns. */
 function plotPlaces(host, rows, across, up, others) {
   const [x, y] = [across, up].map((column) => {
     const values = rows.map((row) => column.values[row]);
@@ -231,7 +231,7 @@ function showSpectrum(table, from, to, place) {
   }
   const unit = units.text(own[0]) ?? "";
   const range = extent(own.map((row) => amplitudes.values[row]));
-  // What lies nine decades below the largest line is round-off.
+  // Lines nine decades below the largest are round-off.
   const low = Math.max(range[0], 1e-9 * range[1]);
   const [factor, name] = scaledUnit(unit, range[1]);
   const [across, acrossUnit] = scaledUnit(over.unit, extent(own.map((row) => over.values[row]))[1]);

@@ -1,4 +1,4 @@
-// Elements. Whatever comes from a file goes through here, as text and never as markup.
+// Elements of the page. All data from files are inserted by this code, as text and never as markup.
 
 /** An element with attributes, handlers (`onclick`) and children, which are elements or texts. */
 function make(tag, attributes = {}, ...children) {
@@ -28,14 +28,14 @@ function tick(label, on, change, id) {
   return make("label", { class: "tick" }, box, make("span", {}, label));
 }
 
-/** A square in a colour, hatched where the cells of a map are. */
+/** A square in a colour, hatched if the cells of a map are. */
 function swatch(colour, hatched = false) {
   const square = make("span", { class: hatched ? "swatch hatched" : "swatch", "aria-hidden": "true" });
   square.style.backgroundColor = colour;
   return square;
 }
 
-/** A piece of a line as it is drawn, full or broken. */
+/** A sample of a line, solid or dashed. */
 function stroke(colour, broken) {
   const line = make("span", { class: "stroke", "aria-hidden": "true" });
   line.style.borderTop = `3px ${broken ? "dashed" : "solid"} ${colour}`;
@@ -57,7 +57,7 @@ function plainTable(caption, heads, rows, numeric = () => false) {
   );
 }
 
-/** A table of names, values and descriptions below the names. */
+/** A table of names and values, with a description below each name. */
 function describedTable(rows) {
   return make("table", { class: "statistics" }, make("tbody", {}, rows.map(([name, value, description]) =>
     make("tr", {}, make("th", { scope: "row" }, name, make("small", {}, description)), make("td", { "data-column": name }, value)))));

@@ -1,8 +1,8 @@
-// How numbers and units are written: as in the pictures of `atlas plot`, SI with prefixes.
+// Numbers and units as text: SI with prefixes, as in the pictures of `atlas plot`.
 
 const PREFIXES = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"]];
 
-/** With a true minus sign. */
+/** A number as text with a true minus sign. */
 function minus(text) {
   return text.replace("-", "−");
 }
@@ -13,7 +13,7 @@ function powerOfTen(exponent) {
   return `10${[...String(exponent)].map(raised).join("")}`;
 }
 
-/** So many significant digits, without needless zeros; nothing of what is no number. */
+/** A number with `count` significant digits, without trailing zeros; empty for NaN. */
 function digits(value, count = 4) {
   if (Number.isNaN(value)) return "";
   if (value === 0) return "0";
@@ -25,13 +25,13 @@ function digits(value, count = 4) {
   return `${minus(mantissa)}·${powerOfTen(Number(exponent))}`;
 }
 
-/** A unit as people write it; a dash where there is none. */
+/** A unit as text, such as m/s²; a dash if dimensionless. */
 function readable(unit) {
   if (unit === "" || unit === "1") return "–";
   return unit.replaceAll("*", "·").replace(/\^(-?\d)/g, (power, exponent) => powerOfTen(exponent).slice(2));
 }
 
-/** Factor from SI to a unit in which `largest` reads well, and that unit. */
+/** The scaled unit for values up to `largest`: the factor from SI, and the unit as text. */
 function scaledUnit(unit, largest) {
   const name = readable(unit);
   if (!(largest > 0) || !Number.isFinite(largest)) return [1, name];
@@ -67,18 +67,18 @@ function withError(value, error, unit) {
   return joined(`${digits(value * factor)} ± ${digits(error * factor, 2)}`, name);
 }
 
-/** Factor from SI to the unit in which plots show an axis, and that unit: the manifest's, or one in which its values read well. */
+/** Factor from SI to the unit in which plots show an axis, and that unit: the unit of the manifest, else a scaled unit. */
 function plotted(axis, values) {
   return axis.shown ? [axis.factor, readable(axis.shown)] : scaledUnit(axis.unit, Math.max(...(extent(values) ?? [1]).map(Math.abs)));
 }
 
-/** `6000 rpm`: a value of an axis in the unit of the manifest, else as other values are written. */
+/** `6000 rpm`: a value of an axis in the unit of the manifest, else in a scaled unit. */
 function axisText(axis, value) {
   if (!axis.shown) return withUnit(value, axis.unit);
   return Number.isNaN(value) ? "" : joined(digits(value * axis.factor), readable(axis.shown));
 }
 
-/** A whole number with its thousands set apart. */
+/** A whole number with separated thousands. */
 function count(value) {
   return String(value).replace(/\B(?=(\d{3})+$)/g, "\u202f");
 }
@@ -88,7 +88,7 @@ function plural(number, noun) {
   return `${count(number)} ${noun}${number === 1 ? "" : "s"}`;
 }
 
-/** The smallest and the largest of some numbers; null of none. `positive` passes over others. */
+/** The smallest and the largest of some numbers; null without numbers. `positive` skips numbers that are not positive. */
 function extent(values, positive = false) {
   let [low, high] = [Infinity, -Infinity];
   for (const value of values) {
@@ -99,14 +99,14 @@ function extent(values, positive = false) {
   return low <= high ? [low, high] : null;
 }
 
-/** A range with room around it, as wide as some part of it or of its ends. */
+/** A range with a margin at both ends: a part of its width, or of its size if it has no width. */
 function padded(range, part = 0.04) {
   const [low, high] = range ?? [0, 1];
   const width = high - low > 1e-9 * Math.max(Math.abs(low), Math.abs(high)) ? high - low : Math.abs(high) || 1;
   return [low - part * width, high + part * width];
 }
 
-/** The same of a logarithmic range. */
+/** A logarithmic range with a margin at both ends. */
 function paddedLog(range) {
   const [low, high] = range ?? [0.1, 1];
   const margin = high > low * 1.001 ? (high / low) ** 0.04 : 2;

@@ -1,15 +1,15 @@
-// The points of the folder as places on their axes, which of them is selected, and what can be shown of them.
+// The points of the folder on their axes, the selected point, and the columns that pictures can show.
 
 const POINTS = TABLES.get("points") ?? null;
 
 const grid = {
-  /** Of every axis what the head of the page says, its values (ascending, SI), the unit of plots and the factor to it; `rank`: the place of each point. */
+  /** For every axis: its entry in the head of the page, its values (ascending, SI), the unit of plots, the factor from SI, and `rank`, the index of each point's value. */
   axes: [],
-  /** Places in HEAD.motions, by point. */
+  /** Index in HEAD.motions, by point. */
   motion: null,
-  /** Numbers of the points; they are there with all else that is told of points. */
+  /** `point_id` of the points; null before `loadWords`. */
   ids: null,
-  /** Row of the selected point, −1 where none is. */
+  /** Row of the selected point; −1 if none is selected. */
   selected: -1,
   listeners: [],
 };
@@ -28,7 +28,7 @@ async function loadGrid() {
   if (HEAD.plane) grid.stands = await numbers(HEAD.plane.stands, Uint32Array);
 }
 
-/** Loads what is told of points beside their place and what the picture shows, which no first picture needs. */
+/** Loads the columns that describe a point but that the first picture does not need. */
 async function loadWords() {
   const [ids] = await POINTS.load("point_id", "status", "reason", "class", "period");
   grid.ids = ids.values;
@@ -52,7 +52,7 @@ function placeWords(row) {
   return [...words, ...(direction ? [`sweep ${direction}`] : [])].join(", ");
 }
 
-/** Whether the chaos of a point was left by some of its trajectories: its cell is hatched. */
+/** Whether the motion of a point is transient chaos, so that its cell is hatched. */
 function isHatched(row) {
   return HEAD.motions[grid.motion[row]].hatched;
 }
@@ -65,12 +65,12 @@ function isOpen(row) {
   return HEAD.motions[grid.motion[row]].mark === OPEN;
 }
 
-/** Whether the standard errors of a point were read before their coverage was known; `errors_verified` is loaded. */
+/** Whether the standard errors of a point are not verified. Needs the column `errors_verified`. */
 function isUnverified(row) {
   return POINTS.column("errors_verified")?.text(row) === "no";
 }
 
-/** Selects a point by its row; all views that show it follow. */
+/** Selects a point by its row, and updates all views that show it. */
 function selectPoint(row) {
   if (row < 0 || row >= POINTS.rows) return;
   grid.selected = row;
@@ -83,7 +83,7 @@ function rowOfPoint(point) {
   return from === to ? from : Math.max(from, -1);
 }
 
-/** Most elements of a list that are offered one by one. */
+/** Largest number of elements of a list among the options. */
 const MOST_ELEMENTS = 40;
 
 /** What maps and curves can show: `[value, text]` pairs in groups. A value is a column's name, or `name#element`. */
@@ -104,7 +104,7 @@ function shownColumns() {
   return Object.fromEntries(Object.entries(groups).filter(([, options]) => options.length > 0));
 }
 
-/** A column, or an element of one, with its values by row; its errors are NaN before `loadErrors`. */
+/** A column or an element of a list, with its values by row. Its standard errors are NaN before `loadErrors`. */
 async function shownColumn(name) {
   const [columnName, element] = name.split("#");
   const column = POINTS.column(columnName);
@@ -125,7 +125,7 @@ async function shownColumn(name) {
   };
 }
 
-/** What the box beside the pointer says of a point. */
+/** The lines of the box beside the pointer for a point. */
 function pointLines(row, shown) {
   if (grid.ids === null) return [placeWords(row)];
   const motion = HEAD.motions[grid.motion[row]].name;
@@ -143,7 +143,7 @@ function pointLines(row, shown) {
   return lines;
 }
 
-/** The colour of a part of the ramp. */
+/** The colour of the ramp at a fraction from 0 to 1. */
 function rampColour(part) {
   const stops = HEAD.ramp;
   const place = Math.min(Math.max(part, 0), 1) * (stops.length - 1);

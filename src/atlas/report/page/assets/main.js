@@ -1,4 +1,4 @@
-// Puts the views into their places and starts each when it is first seen.
+// Lays out the views, and starts each when it is first shown.
 
 const VIEWS = [
   { id: "map", name: "Map", is: () => POINTS !== null && POINTS.rows > 0, start: startPoints },
@@ -19,7 +19,7 @@ const KEYS = [
   ["?", "this help"],
 ];
 
-/** The parts of the views that are there before anything is drawn. */
+/** Creates the elements of the views, before anything is drawn. */
 function layOut() {
   const plot = (label) => make("div", { class: "plot", role: "img", "aria-label": label });
   const controls = () => make("div", { class: "controls" });
@@ -65,7 +65,7 @@ async function startPoints() {
   const section = document.getElementById("map");
   if (variedAxes().length > 0) await startMap();
   else section.classList.add("alone");
-  // What the picture is of comes first; a point among a hundred thousand can wait until it is seen.
+  // The picture is drawn first. The first point is selected after that, so that the picture does not wait for it.
   const liveliest = ["chaotic", "transient chaos"]
     .map((name) => HEAD.motions.findIndex((motion) => motion.name === name))
     .find((motion) => motion >= 0) ?? -1;
@@ -75,11 +75,11 @@ async function startPoints() {
 
 const started = new Set();
 
-/** Shows the view of the address, the first one where it names none. */
+/** Shows the view that the address names, else the first view. */
 async function show() {
   const view = VIEWS.find(({ id }) => `#${id}` === location.hash) ?? VIEWS[0];
   for (const { id } of VIEWS) document.getElementById(id).hidden = id !== view.id;
-  // Browsers do not scroll to what was hidden when its link was followed, and keep the place of the view before.
+  // The view was hidden when its link was followed, so that the browser keeps the scroll position of the view before.
   scrollTo(0, 0);
   document.querySelectorAll("#views a").forEach((link) => {
     if (link.hash === `#${view.id}`) link.setAttribute("aria-current", "page");

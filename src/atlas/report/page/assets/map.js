@@ -1,14 +1,14 @@
-// The map of a column over two axes, or its curves over one, of points that agree on all other axes.
+// A column as a map over two axes, or as curves over one, for points with equal values on all other axes.
 
-/** A map has at least this part of its cells; of fewer points each is a mark at its values. */
+/** Smallest filled part of a map. With fewer points, each point is a mark at its values. */
 const FILLED = 0.2;
-/** Most cells of a map, and most curves of one plot. */
+/** Largest number of cells of a map, and of curves of a plot. */
 const MOST_CELLS = 1 << 23;
 const MOST_CURVES = 24;
 
 const map = { column: "lambda_max", x: 0, y: -1, log: false, curves: false, direction: "", held: new Map(), chart: null, asked: 0 };
 
-/** Chooses what is shown first: a map over the two axes that span most, else curves over the longest. */
+/** Starts the view: with a map over the axes that the page names for maps, else with curves over the axis with most values. */
 async function startMap() {
   const varied = variedAxes();
   map.column = ["lambda_max", "deflection_rms"].find((name) => POINTS.column(name) !== null) ?? "class";
@@ -22,13 +22,13 @@ async function startMap() {
   await drawMap();
 }
 
-/** Axes that are held while the picture goes along those of the map. */
+/** Axes with several values that are fixed in the picture. */
 function heldAxes() {
   const second = map.y < 0 ? map.x : map.y;
   return HEAD.held[map.x]?.[second]?.filter((axis) => grid.axes[axis].values.length > 1) ?? [];
 }
 
-/** What the points of a picture have in common: `, load 0.1, sweep up`. */
+/** The fixed values of the picture as text: `, load 0.1, sweep up`. */
 function heldWords() {
   const words = heldAxes().map((index) => {
     const axis = grid.axes[index];
@@ -38,7 +38,7 @@ function heldWords() {
   return words.join("") + (swept ? `, sweep ${map.direction}` : "");
 }
 
-/** Axes along which points of a picture differ beside those that it goes along: the others of a list. The points of a chain are one course, whatever is tied to the axis that it was carried along. */
+/** Axes other than those of the picture on which its points differ: axes tied to an axis of the picture. None for a picture over the swept axis, because the points of a chain form one line. */
 function accompanying() {
   if (grid.axes[map.x].name === HEAD.along) return [];
   const told = [map.x, map.y, ...heldAxes()];
@@ -52,7 +52,7 @@ function controls() {
   const change = (key, read = (value) => value) => (value) => {
     map[key] = read(value);
     controls();
-    // The value beside the map is of the same column.
+    // The side beside the map shows the value of the same column.
     drawMap().then(() => selectPoint(grid.selected));
   };
   const rows = [choice("Column", shownColumns(), map.column, change("column"), "column")];
@@ -93,7 +93,7 @@ function controls() {
   if (focused) document.getElementById(focused)?.focus();
 }
 
-/** Rows of the points on the axes that are held; of a map those of one direction. */
+/** Rows of the points with the fixed values; for a map, only those of one direction of the sweep. */
 function slice() {
   const held = heldAxes().map((index) => [grid.axes[index].rank, map.held.get(index) ?? grid.axes[index].rank[0]]);
   const rows = [];
@@ -111,7 +111,7 @@ async function drawMap() {
   const shown = await shownColumn(map.column);
   await POINTS.load("errors_verified");
   if (map.curves || map.y < 0) await shown.loadErrors();
-  // Another picture may have been asked for meanwhile.
+  // The user may have requested another picture meanwhile.
   if (asked !== map.asked) return;
   const rows = slice();
   const host = document.querySelector("#map .plot");
@@ -135,7 +135,7 @@ async function drawMap() {
     `${shown.title}${shown.unit === "" || shown.unit === "1" ? "" : ` [${readable(shown.unit)}]`}: ${shown.description}`;
 }
 
-/** The colour of each row as `[r, g, b]`, and what the legend says of it. */
+/** A function for the colour of a row, `[r, g, b]`, with the data of the legend. */
 function colouring(shown, rows) {
   if (shown.isMotion) {
     const all = HEAD.motions.map((motion) => rgb(motion.colour));
@@ -160,7 +160,7 @@ function colouring(shown, rows) {
   };
 }
 
-/** The row of each cell, −1 where there is none. */
+/** The row of the point in each cell; −1 for an empty cell. */
 function cellsOf(rows, x, y) {
   const [across, up] = [x.values.length, y.values.length];
   const cells = new Int32Array(across * up).fill(-1);
@@ -177,7 +177,7 @@ function cellsOf(rows, x, y) {
   return cells;
 }
 
-/** Texts of the values of an axis at every cell, or every so many of them. */
+/** Ticks of an axis of cells: the value of every n-th cell, so that the texts have room. */
 function cellTicks(axis, room) {
   return {
     ticks: (low, high, length) => {
@@ -235,7 +235,7 @@ function heat(shown, rows, colours) {
       if (shown.name === "lambda_max" && hasRoom) dots(pen, rows, x, y, width, height);
       if (grid.selected >= 0 && rows.includes(grid.selected)) {
         const [a, b] = [pen.x(x.rank[grid.selected]), pen.y(y.rank[grid.selected])];
-        // A cell of a pixel or two would not be seen in its frame.
+        // The frame has a smallest size, so that a cell of one or two pixels is visible in it.
         const [wide, high] = [width, height].map((side) => Math.max(side, 12 * pen.ratio));
         frame(pen, a - wide / 2, b - high / 2, wide, high);
       }
@@ -258,7 +258,7 @@ function heat(shown, rows, colours) {
   };
 }
 
-/** Cells of a map that are hatched, as a picture with a pixel per cell; null where none is. */
+/** The hatched cells of a map, as a picture with one pixel per cell; null if there are none. */
 function hatchedCells(cells, across, up) {
   const mask = new ImageData(across, up);
   const pixels = new Uint32Array(mask.data.buffer);
@@ -277,7 +277,7 @@ function hatchedCells(cells, across, up) {
   return picture;
 }
 
-/** A tile of diagonal lines, each dark and light, so that they are seen on every colour. */
+/** A tile of diagonal lines. Each has a dark and a light side, so that it is visible on every colour. */
 function hatching(ratio) {
   const side = Math.round(8 * ratio);
   const tile = new OffscreenCanvas(side, side);
@@ -295,7 +295,7 @@ function hatching(ratio) {
   return tile;
 }
 
-/** Hatches the cells of a mask, which is drawn at a place as the map is. */
+/** Hatches the cells of a mask, which covers the same rectangle as the map. */
 function hatch(pen, mask, left, top, width, height) {
   const { canvas } = pen.ctx;
   const layer = new OffscreenCanvas(canvas.width, canvas.height);
@@ -325,7 +325,7 @@ function dots(pen, rows, x, y, width, height) {
 /** Smallest side of a cell with a letter or a dot, in pixels of the page. */
 const LETTERED = 14;
 
-/** The marks of motions in their cells. */
+/** Draws the marks of motions in their cells. */
 function letters(pen, rows, x, y, colours) {
   const { ctx } = pen;
   ctx.font = `${11 * pen.ratio}px system-ui, sans-serif`;
@@ -344,7 +344,7 @@ function letters(pen, rows, x, y, colours) {
   }
 }
 
-/** A frame in two colours, seen on every ground. */
+/** A frame in two colours, visible on every background. */
 function frame(pen, left, top, width, height) {
   const { ctx, ratio } = pen;
   for (const [colour, line] of [["#ffffff", 4], ["#d00000", 2]]) {
@@ -379,7 +379,7 @@ function scatter(shown, rows, colours) {
   };
 }
 
-/** Rows of one curve each, in the order of the axis that curves go over; sweeps up and down apart. */
+/** The curves: groups of rows in ascending order of the horizontal axis. Sweeps up and down are separate curves. */
 function curvesOf(rows) {
   const [x, by] = [grid.axes[map.x], grid.axes[map.y]];
   const groups = new Map();
@@ -395,7 +395,7 @@ function curvesOf(rows) {
   return all;
 }
 
-/** Places in a curve of points that a line joins: those that differ in nothing but the axis that the curve goes over. */
+/** Lists of positions in a curve whose points a line joins: they differ only on the horizontal axis. */
 function joinedPlaces(rows) {
   const others = accompanying();
   const parts = new Map();
@@ -411,7 +411,7 @@ function curves(shown, rows) {
   const [x, by] = [grid.axes[map.x], grid.axes[map.y]];
   const groups = curvesOf(rows);
   const step = Math.ceil(groups.length / MOST_CURVES);
-  // Where curves are left out, those that stay have all their directions.
+  // If curves are left out, the remaining ones keep all their directions.
   const places = [...new Set(groups.map((group) => group.place))].filter((place, index) => index % step === 0);
   const drawn = groups.filter((group) => places.includes(group.place));
   const kinds = [...new Set(rows.map((row) => (shown.isMotion ? grid.motion[row] : shown.isText ? shown.text(row) : 0)))].sort((a, b) => (a < b ? -1 : 1));
@@ -427,10 +427,10 @@ function curves(shown, rows) {
   const [factor, unit] = shown.isText ? [1, ""] : scaledUnit(shown.unit, Math.max(...(range ?? [1]).map(Math.abs)));
   const scaled = (range ?? [0, 1]).map((end) => end * factor);
   for (const group of drawn) {
-    // Where the way down is all that parts curves it has a colour of its own.
+    // If curves differ only in the direction of the sweep, each direction has its own colour.
     const index = places.length > 1 ? places.indexOf(group.place) : drawn.indexOf(group);
     const ordered = places.length > HEAD.palette.length;
-    // The end of the ramp that is like the ground is not used.
+    // The end of the ramp that resembles the background is not used.
     const part = index / (places.length - 1);
     const seen = document.documentElement.dataset.theme === "dark" ? 0.25 + 0.75 * part : 0.92 * part;
     group.colour = ordered ? `rgb(${rampColour(seen).join()})` : HEAD.palette[index];
@@ -481,12 +481,12 @@ function curves(shown, rows) {
   };
 }
 
-/** Whether the line of a curve is broken: that of a way down is. */
+/** Whether the line of a curve is dashed: that of a sweep down is. */
 function isBroken(group) {
   return group.direction === "down";
 }
 
-/** What colours and lines mean, below the picture. */
+/** Draws the legend below the picture. */
 function legend(shown, colours, rows) {
   const entries = [];
   const entry = (colour, text, hatched = false) => entries.push(make("li", {}, swatch(colour, hatched), text));

@@ -1,7 +1,7 @@
-// The tables of the folder: sorted by any column, filtered, with as many rows in the document as are seen.
+// The view of tables: sorted by any column, and filtered. Only visible rows are in the document.
 
 const ROW_HEIGHT = 26;
-/** Columns shown at first. */
+/** Number of columns shown at first. */
 const FEW_COLUMNS = 14;
 
 const tables = { name: "", sorted: "", ascending: true, filter: "", all: false, rows: [], chosen: [] };
@@ -52,7 +52,7 @@ async function showTable() {
   drawTable(table);
 }
 
-/** What a filter asks for: conditions on columns, and words. */
+/** The contents of a filter: conditions on columns, words, and names of unknown columns. */
 function termsOf(table, text) {
   const [terms, words, faults] = [[], [], []];
   for (const word of text.split(/\s+/).filter((part) => part)) {
@@ -80,7 +80,7 @@ function rowsThat(table, { terms, words }) {
   return rows;
 }
 
-/** Sorts the rows; those without a value come last, equal ones stay in the order of the file. */
+/** Sorts the rows. Rows without a value come last, and rows with equal values keep the order of the file. */
 function sortRows(table) {
   const column = table.column(tables.sorted);
   if (column === null) return;
@@ -95,7 +95,7 @@ function sortRows(table) {
   tables.rows.sort((a, b) => (key(a) === key(b) ? a - b : key(a) - key(b)));
 }
 
-/** One cell: a number to all its digits, so that what is copied is what was computed. */
+/** The text of a cell. A number has all its digits, so that copies are exact. */
 function cellText(column, row) {
   if (column.kind === "text") return column.text(row) ?? "";
   if (column.kind === "list") {
@@ -128,7 +128,7 @@ function drawTable(table) {
   const body = make("tbody");
   scroll.replaceChildren(make("table", { "aria-rowcount": tables.rows.length + 1 }, make("thead", {}, make("tr", {}, heads)), body));
   const canSelect = table === POINTS;
-  // Of all rows Tab goes to one, and arrow keys go on from there.
+  // The Tab key goes to one row only; arrow keys move from there.
   let active = Math.max(0, canSelect ? tables.rows.indexOf(grid.selected) : 0);
   const line = (row, place) => make("tr", {
     class: canSelect ? "selectable" : null, "aria-rowindex": place + 2, "aria-selected": canSelect && row === grid.selected ? "true" : null,
@@ -160,7 +160,7 @@ function drawTable(table) {
     if (step === undefined || !canSelect) return;
     event.preventDefault();
     active = Math.min(Math.max(active + step, 0), tables.rows.length - 1);
-    // The head of the table covers what is above.
+    // The head of the table covers the rows above: scroll so that the active row is visible.
     const [top, head] = [active * ROW_HEIGHT, body.previousSibling.offsetHeight];
     scroll.scrollTop = Math.min(Math.max(scroll.scrollTop, top + head + ROW_HEIGHT - scroll.clientHeight), top);
     shown = "";
@@ -171,7 +171,7 @@ function drawTable(table) {
   fill();
 }
 
-/** Shows a point that was chosen in the table on the map. */
+/** Selects the point of a row of the table, and shows it on the map. */
 function chooseRow(row) {
   selectPoint(row);
   location.hash = "#map";

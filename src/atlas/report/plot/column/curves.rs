@@ -98,7 +98,7 @@ pub(super) fn draw(
                 &shared_values,
                 &points,
                 &others,
-                &plan.joins,
+                &plan.joins.join("; "),
                 &below,
                 &errors,
             ]),

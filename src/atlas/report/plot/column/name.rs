@@ -109,9 +109,10 @@ impl FromStr for PictureRequest {
             None => (rest, None),
             Some((name, element)) => {
                 let element = element.strip_suffix(']').map(str::trim);
-                let element = element.filter(|text| !text.is_empty() && *text != "0");
+                let element = element.filter(|text| !text.is_empty());
                 let element = element.ok_or_else(refused)?;
                 let element = match element.parse() {
+                    Ok(0) => return Err(refused()),
                     Ok(number) => Element::Number(number),
                     Err(_) => Element::Name(element.to_owned()),
                 };
@@ -205,7 +206,8 @@ mod tests {
             ("points", "bearing_rms".into(), named)
         );
         assert_eq!(of("orbits.lambda"), ("orbits", "lambda".into(), None));
-        for wrong in ["harmonics[0]", "harmonics[]", "harmonics[ ]", "harmonics[1"] {
+        for element in ["[0]", "[00]", "[+0]", "[]", "[ ]", "[1"] {
+            let wrong = format!("harmonics{element}");
             assert!(wrong.parse::<PictureRequest>().is_err(), "{wrong}");
         }
     }

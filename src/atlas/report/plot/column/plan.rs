@@ -40,9 +40,8 @@ pub(super) struct Plan {
     pub words: Vec<Vec<String>>,
     pub points: usize,
     pub evidence: Evidence,
-    /// Text that names the companion axes, on which the points of a line have equal values; empty without
-    /// such axes.
-    pub joins: String,
+    /// Texts that name the companion axes of the sources, on which the points of a line have equal values.
+    pub joins: Vec<String>,
     pub curves: BTreeMap<Key, Curve>,
 }
 
@@ -76,10 +75,13 @@ impl Plan {
         let evidence = Evidence::of(slice.points.iter().copied());
         self.evidence = self.evidence.and(evidence);
         let over = axes.over[place];
-        let ranks = &results.summary.axes[over].values;
+        let axis = &results.summary.axes[over];
         let free: Vec<usize> = iter::once(over).chain(axes.by[place]).collect();
         let lines = results.lines(&free, &slice.points);
-        self.joins = results.lines_words(&free, &slice.points);
+        let joins = results.lines_words(&free, &slice.points);
+        if !joins.is_empty() && !self.joins.contains(&joins) {
+            self.joins.push(joins);
+        }
         // A missing point interrupts the line. Exceptions are refined grids, in which most points are
         // missing, and lists of tied values, in which only the listed points exist.
         let is_product =
@@ -108,7 +110,7 @@ impl Plan {
                     let curve = self.curves.entry(key).or_default();
                     curve.scattered = series.scattered;
                     let x = point.axis_values[over];
-                    let rank = ranks.partition_point(|value| *value < x);
+                    let rank = axis.place(x);
                     let is_apart = match last.insert(key, rank) {
                         Some(last) => is_product && rank > last + 1,
                         None => !curve.dots.is_empty(),
