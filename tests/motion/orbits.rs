@@ -6,7 +6,7 @@ use crate::common;
 use common::advance::{mean_equilibrium, volterra};
 use common::relative_difference;
 use gearatlas::analysis::{Bifurcation, EnergyNorm, OrbitConfig, OrbitSurvey, survey_orbits};
-use gearatlas::model::{InitialState, Model, TrajectoryState};
+use gearatlas::model::{DriveShaft, InitialState, Model, TorqueRipple, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel};
 use gearatlas::reference::Reference;
 use std::process::Command;
@@ -215,6 +215,29 @@ fn steady_contact_keeps_its_distance() {
     let margin = (smallest - model.half_gap) / model.half_gap;
     let reported = orbit.character.grazing_margin.unwrap();
     assert!((reported - margin).abs() < 1e-6, "{reported} {margin}");
+}
+
+/// The map of one mesh cycle has a fixed point, too, but the ripple of a shaft repeats later.
+#[test]
+fn an_orbit_in_contact_has_the_period_of_its_ripple() {
+    let (mut structure, mut drive, mut point) = common::one_degree();
+    structure.teeth = 40;
+    structure.pinion_torque = Some(vec![10.0]);
+    drive.torque_ripple = vec![TorqueRipple {
+        shaft: DriveShaft::Pinion,
+        order: 2.0,
+        amplitude: 0.1,
+        phase: 0.4,
+    }];
+    (point.load, point.speed) = (1.0, 400.0);
+    let model = Model::new(&structure, &drive, point).unwrap();
+    let (found, _) = survey(&model, 300, &[20]);
+    let orbits: Vec<_> = found
+        .orbits
+        .iter()
+        .map(|o| (o.period, o.character.events))
+        .collect();
+    assert_eq!(orbits, [(20, 0)]);
 }
 
 /// δ at a mesh phase, from the kernel's windows.

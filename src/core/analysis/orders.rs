@@ -390,6 +390,10 @@ mod tests {
         let mut parts = record(7..367);
         parts.append(&record(367..727));
         let parts = parts.outcome();
+        // A cut record is that of its first part.
+        let mut cut = record(7..727);
+        cut.cut(360);
+        assert_eq!(cut.outcome(), record(7..367).outcome());
         let (whole, parts) = (&whole[0].lines, &parts[0].lines);
         assert_eq!(whole.len(), 2 + 3);
         for (a, b) in whole.iter().zip(parts) {

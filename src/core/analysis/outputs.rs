@@ -608,4 +608,39 @@ mod tests {
         let quantity = Quantity::BearingForce;
         assert_eq!(empty.statistics(quantity), whole.statistics(quantity));
     }
+
+    struct Recorded(Outputs);
+
+    impl Observer for Recorded {
+        const WINDOWS: bool = true;
+
+        fn window(&mut self, window: &Window<'_>) {
+            self.0.window(window);
+        }
+    }
+
+    #[test]
+    fn a_cut_record_is_that_of_its_first_cycles() {
+        let model = model();
+        let kernel = Volterra::new(&model, f64::EPSILON, 1000);
+        let mut trajectory = model.start(&InitialState::Static);
+        let mut workspace = kernel.workspace();
+        let mut recorded = Recorded(Outputs::new(&model, ALL).unwrap());
+        let mut advance = |recorded: &mut Recorded, cycles: u64| {
+            let counters = &mut Counters::default();
+            let state = &mut trajectory;
+            let done = kernel.advance(cycles, state, &mut workspace, recorded, counters);
+            done.unwrap();
+        };
+        advance(&mut recorded, 100);
+        let first = recorded.0.clone();
+        advance(&mut recorded, 70);
+        let mut outputs = recorded.0;
+        outputs.cut(100);
+        let statistics = |outputs: &Outputs| outputs.statistics(Quantity::BearingForce);
+        assert_eq!(statistics(&outputs), statistics(&first));
+        outputs.cut(0);
+        outputs.append(&first);
+        assert_eq!(statistics(&outputs), statistics(&first));
+    }
 }
