@@ -390,7 +390,11 @@ impl DistributionReader<'_> {
                     .fail(self.axis.issues);
             }
         };
-        let mut values = all_or_none(items.iter().map(|item| self.axis.value(item, self.axis.path)))?;
+        let mut values = all_or_none(
+            items
+                .iter()
+                .map(|item| self.axis.value(item, self.axis.path)),
+        )?;
         values.sort_by(f64::total_cmp);
         Some(Law::Empirical(values.into()))
     }
