@@ -1,8 +1,8 @@
 //! A whole job: name, grid and points.
 
 use super::axis::{AxisKey, AxisValues};
-use super::expand::PointResolver;
 use super::grid_dimension::GridDimension;
+use super::point_resolver::PointResolver;
 use super::points::Points;
 use super::spec::{Axis, Carried, ContinuationSpec, PointSpec, Refine, RunUpSpec, Samples};
 use super::{ManifestText, Warnings};

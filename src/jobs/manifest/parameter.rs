@@ -3,8 +3,8 @@
 
 use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
-use super::expand::PointResolver;
 use super::modal_keys;
+use super::point_resolver::PointResolver;
 use super::reader::{self, default_of};
 use super::schema::{self, Kind, MANIFEST};
 use super::spec::{PointSpec, Variant};

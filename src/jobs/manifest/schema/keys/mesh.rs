@@ -149,9 +149,9 @@ pub(super) const KEYS: &[Key] = &[
                 the tooth lacks material and the other protrudes: give two tables."),
     table("mesh.film")
         .about("Film of oil that approaching flanks squeeze out of their gap. Its force is F = 3 sqrt(2) pi viscosity L \
-                (R/h)^1.5 (-h'), the force of a full film of thickness h between two cylinders. L is the length of a line of contact, R the \
-                reduced radius of curvature at the pitch point. Separating flanks and closed flanks have no film. Needs \
-                [gear] and run.kernel = \"volterra\" or \"auto\"."),
+                (R/h)^1.5 (-h'), the force of a full film of thickness h between two cylinders. L is the length of a line \
+                of contact, R the reduced radius of curvature at the pitch point. Separating flanks and closed flanks \
+                have no film. Needs [gear] and run.kernel = \"volterra\" or \"auto\"."),
     quantity("mesh.film.viscosity", Viscosity, bounds(1e-4, false, 10.0, false), r#""20 mPa*s""#)
         .about("Dynamic viscosity of the oil at its operating temperature."),
     quantity("mesh.film.thickness", Length, bounds(1e-8, true, 1e-2, false), r#""80 um""#).or(r#""50 um""#)
