@@ -65,6 +65,19 @@ pub(super) fn check_values(pair: &GearPair) -> Result<(), GearError> {
     for (quantity, value) in amounts {
         non_negative(quantity, value)?;
     }
+    for (quantity, value, limit) in [
+        ("pressure angle [rad]", pair.pressure_angle, FRAC_PI_2),
+        ("Poisson's ratio [1]", material[0].poisson_ratio, 0.5),
+        ("Poisson's ratio [1]", material[1].poisson_ratio, 0.5),
+    ] {
+        if value >= limit {
+            return Err(GearError::TooLarge {
+                quantity,
+                value,
+                limit,
+            });
+        }
+    }
     Ok(())
 }
 

@@ -59,6 +59,16 @@ pub enum GearError {
         /// The value found.
         value: f64,
     },
+    /// A quantity that is too large.
+    #[error("{quantity} is {value}, but must be less than {limit}")]
+    TooLarge {
+        /// The quantity, with its unit.
+        quantity: &'static str,
+        /// The value found.
+        value: f64,
+        /// Its limit.
+        limit: f64,
+    },
     /// A helix angle outside its range.
     #[error("the helix angle is {value} rad, but must be between -π/2 and π/2")]
     HelixAngle {
