@@ -20,7 +20,8 @@ use std::sync::Arc;
 /// that a load within the strength of the teeth closes.
 const TIP_GAP: f64 = 0.03;
 
-/// A virtual tooth is thick enough to carry load up to this part of the roll angle at which its flanks meet.
+/// A virtual tooth is thick enough to carry load up to this part of the roll angle at which its flanks meet; for a ring
+/// the reciprocal.
 const LAST_ROLL: f64 = 0.99;
 
 /// Largest number of pairs in contact at once, those off the path included: a little less than three.
@@ -227,8 +228,11 @@ impl Flanks {
         section.form.thinning = pair.form.thinning.map(|part| part * pair.helix_angle.cos());
         let counts = pair.virtual_teeth();
         section.teeth = counts.map(|count| count.abs().round() as u32);
-        let last_roll =
-            [0, 1].map(|index| LAST_ROLL * Tooth::pointed_roll(&section, index, counts[index]));
+        let last_roll = [0, 1].map(|index| {
+            let pointed = Tooth::pointed_roll(&section, index, counts[index]);
+            // The teeth of a ring end at the smallest roll angle.
+            if counts[index] < 0.0 { pointed / LAST_ROLL } else { pointed * LAST_ROLL }
+        });
         let tooth = |index: usize| {
             let this_tooth = &self.teeth[index];
             let radius = 0.5 * pair.module * counts[index];
