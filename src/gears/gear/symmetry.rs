@@ -2,7 +2,7 @@
 //! this phase.
 
 use super::{GearError, GearPair, Tooth, involute};
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::FRAC_PI_2;
 
 impl GearPair {
     /// Thickness of a tooth on the operating pitch circle \[m\], as drawn:
@@ -27,12 +27,11 @@ impl GearPair {
 
     /// Path of contact before the pitch point \[m\],
     /// `g_f = √(r_a2² − r_b2²) − r_b2 tan α_w`: it begins at the wheel's tip, but not before the point
-    /// where the pinion's base circle touches the line of action.
+    /// where the pinion's base circle touches the line of action. Negative if the tip does not reach the pitch point.
     ///
     /// # Errors
     ///
-    /// As [`Self::operating_pressure_angle`], and [`GearError::TipBelowForm`] if the wheel's tip
-    /// does not reach the pitch point.
+    /// As [`Self::operating_pressure_angle`].
     pub fn approach(&self) -> Result<f64, GearError> {
         self.path_to_tip(1)
     }
@@ -41,7 +40,7 @@ impl GearPair {
     ///
     /// # Errors
     ///
-    /// As [`Self::approach`], for the pinion's tip.
+    /// As [`Self::approach`].
     pub fn recess(&self) -> Result<f64, GearError> {
         self.path_to_tip(0)
     }
@@ -53,13 +52,6 @@ impl GearPair {
         let (radius, mate) = (radii[gear], radii[1 - gear]);
         let tip = Tooth::tip_radius_of(self, gear)?;
         let length = ((tip / radius).powi(2) - 1.0).max(0.0).sqrt() * radius - radius * tangent;
-        if length <= 0.0 {
-            return Err(GearError::TipBelowForm {
-                gear: gear + 1,
-                tip_diameter: 2.0 * tip.abs(),
-                form_diameter: 2.0 * radius.abs() * tangent.hypot(1.0),
-            });
-        }
         // The line of action continues beyond the base circle of a ring.
         Ok(if mate > 0.0 { length.min(mate * tangent) } else { length })
     }
@@ -75,9 +67,8 @@ impl GearPair {
     /// As [`Self::approach`].
     pub fn tooth_phase(&self) -> Result<f64, GearError> {
         let cos = self.operating_pressure_angle()?.cos();
-        let base_pitch = PI * self.transverse_module() * self.transverse_pressure_angle().cos();
         let along = self.approach()? + 0.5 * self.operating_thickness(0)? * cos;
-        Ok((along / base_pitch).rem_euclid(1.0))
+        Ok((along / self.base_pitch()).rem_euclid(1.0))
     }
 
     /// Mesh phase in \[0, ½) at which a tooth of the pinion ([`Self::tooth_phase`]), or the middle of a space half a

@@ -1,4 +1,4 @@
-use crate::gear::{Flanks, GearPair, Tooth, ToothForm, fixtures, standard_symmetry};
+use crate::gear::{EvenSharing, Flanks, GearPair, Tooth, ToothForm, fixtures, standard_symmetry};
 
 fn pair(teeth: [u32; 2], shift: [f64; 2], thinning: [f64; 2], more: f64) -> GearPair {
     let form = ToothForm {
@@ -20,7 +20,15 @@ fn pairs() -> Vec<GearPair> {
         pair([24, 24], [0.0; 2], [0.0; 2], 0.0),
         pair([20, 30], [0.3, -0.1], [0.0; 2], 0.0),
         pair([23, 57], [0.2, 0.4], [60e-6, 20e-6], 50e-6),
+        recess_action(),
     ]
+}
+
+/// The wheel's tip circle is inside its pitch circle, so that contact begins after the pitch point.
+fn recess_action() -> GearPair {
+    let mut pair = pair([30, 50], [1.0, -1.0], [0.0; 2], 0.0);
+    pair.form.tip_diameter[1] = Some(199.2e-3);
+    pair
 }
 
 /// Intersection of the flank of a pinion's tooth with the line `(lean sin α_w, cos α_w)` through the pitch
@@ -101,9 +109,17 @@ fn coast_flanks_of_a_standard_pair_follow_half_a_cycle_later() {
     assert!((off - off.round()).abs() < 1e-14, "{off}");
 }
 
+/// Pairs of a full recess action slide in one direction only.
 #[test]
-fn a_drawing_with_a_low_tip_has_no_path_before_the_pitch_point() {
-    let mut low = pair([20, 30], [0.0; 2], [0.0; 2], 0.0);
-    low.form.tip_diameter[1] = Some(118e-3);
-    assert!(low.approach().is_err());
+fn the_path_may_begin_after_the_pitch_point() {
+    let pair = recess_action();
+    let path = Flanks::new(&pair).unwrap().path();
+    assert!(path.start > 0.0);
+    let even = EvenSharing::new(&pair).unwrap();
+    assert!((even.contact_ratio - path.contact_ratio()).abs() < 1e-14);
+    assert!((even.pitch_phase * even.base_pitch + path.start).abs() < 1e-16);
+    for step in 0..20 {
+        let direction = even.at(f64::from(step) / 20.0).direction;
+        assert!((direction + 1.0).abs() < 1e-14, "{direction}");
+    }
 }
