@@ -14,7 +14,7 @@ use crate::shaft::{
     TrainMesh,
 };
 use crate::structure::SliderPart;
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 
 /// Keys of meshes from the drawing.
 const OF_DRAWING: [&str; 6] = [
@@ -329,8 +329,7 @@ fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
 /// backlash after the sun's tooth. On the opposite side of the planet, half its teeth farther, there is again a space
 /// if their number is even, otherwise a tooth.
 fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
-    let base_pitch = PI * sun.module * sun.pressure_angle.cos();
-    let space = sun.tooth_phase().ok()? + 0.5 * sun.action_backlash().ok()? / base_pitch;
+    let space = sun.tooth_phase().ok()? + 0.5 * sun.action_backlash().ok()? / sun.base_pitch();
     let tooth = if sun.teeth[1].is_multiple_of(2) { space + 0.5 } else { space };
     Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
@@ -417,4 +416,39 @@ pub(super) fn stops(section: &Section, parts: &Parts) -> Option<Vec<Stop>> {
             law: law?,
         })
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gear::ToothForm;
+
+    /// A thinner tooth of the sun touches the planet at the same position, and the planet touches the ring as before.
+    #[test]
+    fn the_phase_of_a_helical_ring_is_that_of_any_thickness_of_the_sun() {
+        let drawn = |teeth, form| GearPair {
+            teeth,
+            module: 2e-3,
+            pressure_angle: 20f64.to_radians(),
+            helix_angle: 20f64.to_radians(),
+            face_width: 20e-3,
+            body_length: [20e-3; 2],
+            rated_torque: 50.0,
+            form,
+        };
+        let form = ToothForm {
+            ring: Some(0.25),
+            ..ToothForm::default()
+        };
+        let ring = InternalPair::of(&drawn([36, 96], form)).unwrap();
+        let phase = |thinning: f64| {
+            let form = ToothForm {
+                thinning: [thinning, 0.0],
+                ..ToothForm::default()
+            };
+            phase_of_ring(&drawn([24, 36], form), &ring).unwrap()
+        };
+        let off = phase(0.2e-3) - phase(0.0);
+        assert!((off - off.round()).abs() < 1e-12, "{off}");
+    }
 }
