@@ -564,6 +564,10 @@ fn loose_gears_stand_on_needles() {
         own.bears.elements
     );
     assert!((x.hypot(y) / asked - 1.0).abs() < 1e-9);
+    // The teeth push the outer ring forwards and outwards, so the shaft bears on the bearing in the opposite direction.
+    let angle = train.pair.operating_pressure_angle().unwrap();
+    assert!((x + asked * angle.sin()).abs() < 1e-8 * asked);
+    assert!((y + asked * angle.cos()).abs() < 1e-8 * asked);
     assert!(own.bears.elements > 4);
 }
 

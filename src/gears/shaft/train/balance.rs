@@ -36,7 +36,8 @@ pub(super) struct OneSidedSupport {
 }
 
 pub(super) enum SupportLaw {
-    /// A bearing, by its index among the supports, and the displacement of its outer ring.
+    /// A bearing, by its index among the supports, and the displacement of its base, with the sign of its
+    /// rows.
     Rolling(RollingLaw, usize, Ring),
     Stop {
         gap: f64,

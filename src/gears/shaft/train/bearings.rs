@@ -160,20 +160,24 @@ impl TrainDrive {
         assembled: &Assembled,
     ) -> Result<Vec<OneSidedSupport>, ShaftError> {
         let mut all = Vec::new();
+        let of_shafts: usize = self.shafts.iter().map(|shaft| shaft.bearings.len()).sum();
         for (number, (_, support)) in assembled.supports.iter().enumerate() {
             let Some(rolling) = support.stiffness.rolling else {
                 continue;
             };
+            // Shafts carry inner rings; loose gears and planets, which follow, carry outer rings.
+            let sign = if number < of_shafts { 1.0 } else { -1.0 };
             let rows: Vec<_> = (Freedom::ALL[..RING_FREEDOMS].iter())
                 .map(|&freedom| {
-                    let base = support.base.map(|node| (node, freedom, -1.0));
-                    let terms = [(support.node, freedom, 1.0)].into_iter().chain(base);
+                    let base = support.base.map(|node| (node, freedom, -sign));
+                    let terms = [(support.node, freedom, sign)].into_iter().chain(base);
                     matrices.functional(&terms.collect::<Terms>())
                 })
                 .collect();
             let law = rolling.law()?;
             let mut place = Ring::default();
-            [place[0], place[1]] = self.base_place(number, layout, assembled);
+            [place[0], place[1]] =
+                (self.base_place(number, layout, assembled)).map(|part| sign * part);
             // Rigid mounts carry any load.
             if rows.iter().flatten().any(|&part| part != 0.0) {
                 all.push(OneSidedSupport {
