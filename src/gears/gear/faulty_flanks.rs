@@ -12,7 +12,7 @@
 //! has the compliance `C/f₀ + b c`, and d adds to its relief. Load sharing then decides which pairs touch.
 
 use super::compliance::{FaceCoupling, PairCompliance};
-use super::flank_law::FlankLaw;
+use super::flank_law::{FlankLaw, forward};
 use super::flanks::PathOfContact;
 use super::tooth_fault::{FaultyTeeth, ToothFault};
 use std::sync::Arc;
@@ -60,16 +60,15 @@ impl<L: FlankLaw> FaultyFlanks<'_, L> {
 }
 
 impl<L: FlankLaw> FlankLaw for FaultyFlanks<'_, L> {
-    fn path(&self) -> PathOfContact {
-        self.law.path()
-    }
-
-    fn helix(&self) -> f64 {
-        self.law.helix()
-    }
-
-    fn reach(&self) -> [f64; 2] {
-        self.law.reach()
+    forward! { law:
+        path() -> PathOfContact;
+        helix() -> f64;
+        reach() -> [f64; 2];
+        coupling(s: f64, ahead: usize) -> f64;
+        face_coupling() -> Option<Arc<FaceCoupling>>;
+        deviation(s: f64, z: f64) -> f64;
+        contact(s: f64, line_load: f64) -> [f64; 2];
+        kinks() -> Vec<f64>;
     }
 
     fn compliance(&self, s: f64) -> PairCompliance {
@@ -84,30 +83,10 @@ impl<L: FlankLaw> FlankLaw for FaultyFlanks<'_, L> {
         own
     }
 
-    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
-        self.law.coupling(s, pairs_ahead)
-    }
-
-    fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
-        self.law.face_coupling()
-    }
-
     fn relief(&self, s: f64) -> f64 {
         let missing = self
             .faults(self.since(s))
             .map(|own| own.missing[self.flank]);
         self.law.relief(s) + missing.sum::<f64>()
-    }
-
-    fn deviation(&self, s: f64, z: f64) -> f64 {
-        self.law.deviation(s, z)
-    }
-
-    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
-        self.law.contact(s, line_load)
-    }
-
-    fn kinks(&self) -> Vec<f64> {
-        self.law.kinks()
     }
 }

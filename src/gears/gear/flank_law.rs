@@ -1,8 +1,8 @@
 //! What does load sharing need to know about a tooth pair? Where its flanks touch, how compliant it is, and
 //! how much material is missing from its flanks.
 
+use super::compliance::hertz;
 use super::{FaceCoupling, Flanks, PairCompliance, PathOfContact};
-use std::f64::consts::FRAC_2_PI;
 use std::sync::Arc;
 
 /// The law of one pair of teeth along the path of contact.
@@ -65,6 +65,16 @@ pub trait FlankLaw: Sync {
     }
 }
 
+/// Forwards methods of [`FlankLaw`] to the law in a field.
+macro_rules! forward {
+    ($law:tt: $($method:ident($($argument:ident: $kind:ty),*) -> $value:ty;)*) => {
+        $(fn $method(&self $(, $argument: $kind)*) -> $value {
+            self.$law.$method($($argument),*)
+        })*
+    };
+}
+pub(super) use forward;
+
 /// A law with a linear contact, whose compliance is the secant of another law at a line load.
 #[derive(Debug, Clone, Copy)]
 pub struct SecantContact<'a, L> {
@@ -75,12 +85,15 @@ pub struct SecantContact<'a, L> {
 }
 
 impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
-    fn path(&self) -> PathOfContact {
-        self.law.path()
-    }
-
-    fn reach(&self) -> [f64; 2] {
-        self.law.reach()
+    forward! { law:
+        path() -> PathOfContact;
+        helix() -> f64;
+        reach() -> [f64; 2];
+        coupling(s: f64, ahead: usize) -> f64;
+        face_coupling() -> Option<Arc<FaceCoupling>>;
+        relief(s: f64) -> f64;
+        deviation(s: f64, z: f64) -> f64;
+        kinks() -> Vec<f64>;
     }
 
     fn compliance(&self, s: f64) -> PairCompliance {
@@ -89,30 +102,6 @@ impl<L: FlankLaw> FlankLaw for SecantContact<'_, L> {
             hertz: approach / self.line_load,
             ..self.law.compliance(s)
         }
-    }
-
-    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
-        self.law.coupling(s, pairs_ahead)
-    }
-
-    fn face_coupling(&self) -> Option<Arc<FaceCoupling>> {
-        self.law.face_coupling()
-    }
-
-    fn relief(&self, s: f64) -> f64 {
-        self.law.relief(s)
-    }
-
-    fn deviation(&self, s: f64, z: f64) -> f64 {
-        self.law.deviation(s, z)
-    }
-
-    fn helix(&self) -> f64 {
-        self.law.helix()
-    }
-
-    fn kinks(&self) -> Vec<f64> {
-        self.law.kinks()
     }
 }
 
@@ -124,40 +113,16 @@ pub struct IndependentSlices<'a, L>(
 );
 
 impl<L: FlankLaw> FlankLaw for IndependentSlices<'_, L> {
-    fn path(&self) -> PathOfContact {
-        self.0.path()
-    }
-
-    fn helix(&self) -> f64 {
-        self.0.helix()
-    }
-
-    fn reach(&self) -> [f64; 2] {
-        self.0.reach()
-    }
-
-    fn compliance(&self, s: f64) -> PairCompliance {
-        self.0.compliance(s)
-    }
-
-    fn coupling(&self, s: f64, pairs_ahead: usize) -> f64 {
-        self.0.coupling(s, pairs_ahead)
-    }
-
-    fn relief(&self, s: f64) -> f64 {
-        self.0.relief(s)
-    }
-
-    fn deviation(&self, s: f64, z: f64) -> f64 {
-        self.0.deviation(s, z)
-    }
-
-    fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
-        self.0.contact(s, line_load)
-    }
-
-    fn kinks(&self) -> Vec<f64> {
-        self.0.kinks()
+    forward! { 0:
+        path() -> PathOfContact;
+        helix() -> f64;
+        reach() -> [f64; 2];
+        compliance(s: f64) -> PairCompliance;
+        coupling(s: f64, ahead: usize) -> f64;
+        relief(s: f64) -> f64;
+        deviation(s: f64, z: f64) -> f64;
+        contact(s: f64, line_load: f64) -> [f64; 2];
+        kinks() -> Vec<f64>;
     }
 }
 
@@ -218,14 +183,12 @@ impl FlankLaw for Flanks {
     /// Weber & Banaschek's approach. It varies as `w (C − ½ h ln w)` with the linear law's
     /// compliance h, `2/π Σ (1 − ν²)/E`; hence its derivative.
     fn contact(&self, s: f64, line_load: f64) -> [f64; 2] {
-        let give = self.pair.form.material.iter();
-        let give = give.map(|material| material.plane_strain_modulus().recip());
         let [cos, _] = self.base_helix;
         let approach = match &self.normal_section {
             None => self.hertz_approach(s, line_load),
             Some(section) => section.hertz_approach(s / cos, line_load) / cos,
         };
-        let slope = 0.5 * (FRAC_2_PI * give.sum::<f64>()) / cos;
+        let slope = 0.5 * hertz::linear(&self.pair.form.material) / cos;
         [approach, approach / line_load - slope]
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_2_PI, PI};
 
 /// Linear compliance per unit width, `2/π Σ (1 − ν²)/E` \[m²/N\]: for one material
 /// `4 (1 − ν²)/(π E)` (Yang & Sun 1985), half of it from each body.
-pub(super) fn linear(materials: &[Material; 2]) -> f64 {
+pub(in crate::gear) fn linear(materials: &[Material; 2]) -> f64 {
     FRAC_2_PI * give(materials)
 }
 

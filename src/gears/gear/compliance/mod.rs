@@ -9,7 +9,7 @@
 
 mod body;
 mod face_coupling;
-mod hertz;
+pub(super) mod hertz;
 mod plate;
 mod ring;
 mod solid;
