@@ -79,16 +79,3 @@ impl GearPair {
         self.signed_teeth().map(|z| z / cos)
     }
 }
-
-/// Unit vector of the force of the wheel on the pinion's drive flanks: its component along the line of
-/// action n in the transverse section, and that along z, about which the pinion turns forward.
-///
-/// `(−cos β_b, sin β_b)`: normal to the lines of contact in the plane of action. A right-handed pinion (β > 0) that
-/// drives is pushed along +z, the wheel along −z. On the coast flanks the same force pushes the pinion along −z. The
-/// mesh force F refers to the transverse line of action, and F < 0 on the coast flanks. The axial force on the pinion
-/// is therefore `F tan β_b` on both flanks. This is `F_t tan β` with the tangential force `F_t = F cos α_t` at the
-/// reference cylinder, because `tan β_b = tan β cos α_t`.
-pub fn mesh_force_direction(pair: &GearPair) -> [f64; 2] {
-    let (sin, cos) = pair.base_helix_angle().sin_cos();
-    [-cos, sin]
-}

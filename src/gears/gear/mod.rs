@@ -38,7 +38,6 @@ pub use flank_law::{FlankLaw, IndependentSlices, SecantContact};
 pub use flanks::{Flanks, PathOfContact};
 pub use form::{BasicRack, BodyShape, FaceOverhang, Hub, Material, Plane, ToothForm, Web};
 pub use friction::{FrictionDirection, friction_direction};
-pub use helix::mesh_force_direction;
 pub use internal::{InternalError, InternalPair};
 pub use involute::{inverse_involute, involute};
 pub use mean_friction::MeanFriction;

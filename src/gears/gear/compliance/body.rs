@@ -187,7 +187,7 @@ fn work(compliance: &[Vec<f64>], forces: &[f64], others: &[f64]) -> f64 {
 }
 
 /// The first terms of the Legendre series of a function with these values at the nodes of a rule.
-fn series(
+pub(super) fn series(
     rule: &GaussLegendre,
     terms: usize,
     values: &dyn Fn(usize) -> f64,

@@ -11,8 +11,9 @@
 //! load displaces the pairs like plane gears and causes none of the other waves. Under an even load the slices are
 //! therefore independent.
 
+use super::body::series;
 use super::solid::{SolidGear, waves};
-use crate::gear::{Flanks, MOST_PAIRS, Material, PathOfContact, Tooth};
+use crate::gear::{Flanks, MOST_PAIRS, PathOfContact, Tooth};
 use crate::numerics::legendre;
 use crate::numerics::quadrature::GaussLegendre;
 use faer::Mat;
@@ -27,13 +28,7 @@ const TERMS: usize = 7;
 /// Compliance of a pair of gears to loads that vary along the face, solved at the first use.
 #[derive(Debug, Clone)]
 pub struct FaceCoupling {
-    teeth: [Tooth; 2],
-    numbers: [u32; 2],
-    bores: [f64; 2],
-    materials: [Material; 2],
-    face_width: f64,
-    pressure_angle: f64,
-    path: PathOfContact,
+    flanks: Box<Flanks>,
     solved: OnceLock<Option<Solved>>,
 }
 
@@ -64,13 +59,7 @@ impl FaceCoupling {
     /// The compliance of spur gears on their common face.
     pub(in crate::gear) fn of(flanks: &Flanks) -> Self {
         Self {
-            teeth: flanks.teeth.clone(),
-            numbers: flanks.pair.teeth,
-            bores: flanks.bores,
-            materials: flanks.pair.form.material,
-            face_width: flanks.face_width,
-            pressure_angle: flanks.pressure_angle,
-            path: flanks.path(),
+            flanks: Box::new(flanks.clone()),
             solved: OnceLock::new(),
         }
     }
@@ -78,8 +67,8 @@ impl FaceCoupling {
     /// Number of waves besides the even one, n ≥ 1.
     pub fn waves(&self) -> usize {
         let height = |tooth: &Tooth| tooth.tip_radius - tooth.root_radius;
-        let lowest = height(&self.teeth[0]).min(height(&self.teeth[1]));
-        waves(self.face_width / lowest) - 1
+        let lowest = height(&self.flanks.teeth[0]).min(height(&self.flanks.teeth[1]));
+        waves(self.flanks.face_width / lowest) - 1
     }
 
     /// Matrix `C_nm` of the waves n, m ≥ 1 for a pair at position s \[m\], symmetric \[m²/N\]. Positions beyond the
@@ -95,15 +84,6 @@ impl FaceCoupling {
         Some(self.solved()?.ahead.get(ahead.checked_sub(1)?)?.at(s))
     }
 
-    fn rolls(&self, s: f64) -> [f64; 2] {
-        let s = s.clamp(self.path.start, self.path.end);
-        let tangent = self.pressure_angle.tan();
-        [
-            tangent + s / self.teeth[0].base_radius,
-            tangent - s / self.teeth[1].base_radius,
-        ]
-    }
-
     fn solved(&self) -> Option<&Solved> {
         self.solved.get_or_init(|| self.solve()).as_ref()
     }
@@ -114,7 +94,7 @@ impl FaceCoupling {
             end,
             base_pitch,
             ..
-        } = self.path;
+        } = self.flanks.path();
         let rule = GaussLegendre::new(NODES);
         let places = |[low, high]: [f64; 2]| -> Vec<f64> {
             let place = |x: &f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
@@ -132,23 +112,25 @@ impl FaceCoupling {
             positions.extend(near.iter().map(|s| s + ahead as f64 * base_pitch));
         }
         let waves = self.waves() + 1;
+        let flanks = &self.flanks;
+        let materials = &flanks.pair.form.material;
         let gears: Vec<SolidGear> = [0, 1]
             .into_iter()
             .map(|gear| {
-                let tooth = &self.teeth[gear];
-                let rolls: Vec<f64> = positions.iter().map(|s| self.rolls(*s)[gear]).collect();
+                let tooth = &flanks.teeth[gear];
+                let rolls: Vec<f64> = positions.iter().map(|s| flanks.roll(*s)[gear]).collect();
                 SolidGear::new(
                     tooth,
-                    self.numbers[gear],
-                    2.0 * tooth.root_radius / self.bores[gear],
-                    self.materials[gear].poisson_ratio,
-                    self.face_width,
+                    flanks.pair.teeth[gear],
+                    2.0 * tooth.root_radius / flanks.bores[gear],
+                    materials[gear].poisson_ratio,
+                    flanks.face_width,
                     waves,
                     &rolls,
                 )
             })
             .collect::<Option<_>>()?;
-        let modulus = [0, 1].map(|gear| self.materials[gear].young_modulus);
+        let modulus = [0, 1].map(|gear| materials[gear].young_modulus);
         // Displacements refer to the centre line and loads to the flank, so the matrix is not exactly symmetric. Take
         // the symmetric part.
         let same_pair = PositionSeries::new(&rule, ranges[0], waves - 1, |node| {
@@ -184,22 +166,15 @@ impl PositionSeries {
         waves: usize,
         at: impl Fn(usize) -> Mat<f64>,
     ) -> Self {
-        let mut series = vec![vec![0.0; TERMS]; waves * waves];
-        let mut polynomials = [0.0; TERMS];
-        for (node, (x, weight)) in rule.nodes.iter().zip(&rule.weights).enumerate() {
-            legendre::polynomials(*x, &mut polynomials);
-            let matrix = at(node);
-            for (entry, series) in series.iter_mut().enumerate() {
-                let value = weight * matrix[(entry % waves, entry / waves)];
-                for (n, (term, polynomial)) in series.iter_mut().zip(&polynomials).enumerate() {
-                    *term += (n as f64 + 0.5) * value * polynomial;
-                }
-            }
-        }
+        let matrices: Vec<Mat<f64>> = (0..NODES).map(at).collect();
+        let entry = |entry: usize| {
+            let value = |node: usize| matrices[node][(entry % waves, entry / waves)];
+            series(rule, TERMS, &value, 1.0)
+        };
         Self {
             range,
             waves,
-            series,
+            series: (0..waves * waves).map(entry).collect(),
         }
     }
 

@@ -74,15 +74,6 @@ impl Flanks {
         }
     }
 
-    /// As [`Self::compliance`], with the contact's secant compliance (its approach over the load) at a
-    /// positive line load \[N/m\] (Weber & Banaschek 1953).
-    pub fn compliance_under(&self, s: f64, line_load: f64) -> PairCompliance {
-        PairCompliance {
-            hertz: self.hertz_approach(s, line_load) / line_load,
-            ..self.compliance(s)
-        }
-    }
-
     /// Approach of the flanks at position s by their flattening under a line load \[m\], from
     /// the contact to the centre line of either tooth.
     pub fn hertz_approach(&self, s: f64, line_load: f64) -> f64 {
@@ -98,13 +89,6 @@ impl Flanks {
             depths,
             line_load,
         )
-    }
-
-    /// Compliance of the tooth of a gear (0 = pinion) above its root circle, loaded at position s with its foot
-    /// clamped, per unit width \[m²/N\].
-    pub fn tooth_compliance(&self, gear: usize, s: f64) -> f64 {
-        let roll = self.roll(s)[gear];
-        (self.gear_bodies()[gear].as_ref()).map_or(f64::NAN, |body| body.tooth(roll))
     }
 
     /// Displacements of the bodies of pinion and wheel at the pair at position s, per unit width \[m²/N\]. A unit line
