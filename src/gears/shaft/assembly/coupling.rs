@@ -182,7 +182,7 @@ impl Assembly {
             non_negative("damping coefficient [N s/m]", row[i])?;
             finite("cross damping coefficient [N s/m]", row[1 - i])?;
         }
-        let entries = self.planar_entries(node, other, damping)?;
+        let entries = self.between(node, other, Freedom::X, &damping)?;
         self.coupling.damping.extend(entries);
         Ok(())
     }
@@ -202,7 +202,8 @@ impl Assembly {
         for stiffness in cross {
             finite("cross stiffness [N/m]", stiffness)?;
         }
-        let entries = self.planar_entries(node, other, [[0.0, cross[0]], [cross[1], 0.0]])?;
+        let matrix = [[0.0, cross[0]], [cross[1], 0.0]];
+        let entries = self.between(node, other, Freedom::X, &matrix)?;
         self.coupling.cross_stiffness.extend(entries);
         Ok(())
     }
@@ -218,20 +219,8 @@ impl Assembly {
         other: Option<usize>,
         matrix: &Ring<Ring>,
     ) -> Result<(), ShaftError> {
-        let mut ends = vec![(self.freedom(node, Freedom::X)?, 1.0)];
-        if let Some(other) = other {
-            ends.push((self.freedom(other, Freedom::X)?, -1.0));
-        }
-        for &(row, row_sign) in &ends {
-            for &(column, column_sign) in &ends {
-                for (i, values) in matrix.iter().enumerate() {
-                    for (j, value) in values.iter().enumerate().filter(|(_, v)| **v != 0.0) {
-                        let value = row_sign * column_sign * value;
-                        self.stiffness.push((row + i, column + j, value));
-                    }
-                }
-            }
-        }
+        let entries = self.between(node, other, Freedom::X, matrix)?;
+        self.stiffness.extend(entries);
         Ok(())
     }
 
@@ -247,33 +236,23 @@ impl Assembly {
         drag: f64,
     ) -> Result<(), ShaftError> {
         let drag = non_negative("drag [N m s/rad]", drag)?;
-        if drag == 0.0 {
-            return Ok(());
-        }
-        let mut ends = vec![(self.freedom(node, Freedom::RotationZ)?, drag)];
-        if let Some(other) = other {
-            ends.push((self.freedom(other, Freedom::RotationZ)?, -drag));
-        }
-        for &(row, first) in &ends {
-            for &(column, second) in &ends {
-                let entry = (row, column, first.signum() * second);
-                self.coupling.damping.push(entry);
-            }
-        }
+        let entries = self.between(node, other, Freedom::RotationZ, &[[drag]])?;
+        self.coupling.damping.extend(entries);
         Ok(())
     }
 
-    /// The entries of a 2 × 2 matrix between x and y of a node and those of another one, or
-    /// the ground.
-    fn planar_entries(
+    /// The entries of a matrix between the freedoms of a node from `first` on and those of another one, or the
+    /// ground. Zeros have none.
+    fn between<const N: usize>(
         &self,
         node: usize,
         other: Option<usize>,
-        matrix: [[f64; 2]; 2],
+        first: Freedom,
+        matrix: &[[f64; N]; N],
     ) -> Result<Vec<Entry>, ShaftError> {
-        let mut ends = vec![(self.freedom(node, Freedom::X)?, 1.0)];
+        let mut ends = vec![(self.freedom(node, first)?, 1.0)];
         if let Some(other) = other {
-            ends.push((self.freedom(other, Freedom::X)?, -1.0));
+            ends.push((self.freedom(other, first)?, -1.0));
         }
         let mut entries = Vec::new();
         for &(row, row_sign) in &ends {
