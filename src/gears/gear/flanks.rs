@@ -311,7 +311,7 @@ impl Flanks {
     /// Phase lead of one end of the face over the other in mesh cycles, ε_β: the mean number of helical pairs
     /// in contact beyond [`Self::contact_ratio`].
     pub fn overlap_ratio(&self) -> f64 {
-        self.face_width * self.base_helix[1].abs() / self.path.base_pitch
+        self.pair.overlap_ratio()
     }
 
     /// Roll angles of pinion and wheel at position s, clamped to the path of contact.

@@ -348,19 +348,21 @@ fn check(pairs: &[ContactPair], face: Face, misalignment: f64) -> Result<(), Sha
     if pairs.len() > MOST_PAIRS {
         return Err(SharingError::TooManyPairs { found: pairs.len() });
     }
-    if face.slices == 0 || !(face.width > 0.0 && face.width.is_finite()) {
-        let Face { width, slices } = face;
-        return Err(SharingError::NoFace { width, slices });
+    face.check()?;
+    check_misalignment(misalignment, pairs[0].position())
+}
+
+/// Rejects an infinite misalignment of the flanks of a pair at a position \[m\].
+fn check_misalignment(value: f64, position: f64) -> Result<(), SharingError> {
+    if value.is_finite() {
+        return Ok(());
     }
-    if !misalignment.is_finite() {
-        return Err(SharingError::OutOfRange {
-            name: "misalignment [rad]",
-            value: misalignment,
-            position: pairs[0].position(),
-            accepted: "finite",
-        });
-    }
-    Ok(())
+    Err(SharingError::OutOfRange {
+        name: "misalignment [rad]",
+        value,
+        position,
+        accepted: "finite",
+    })
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@
 
 use super::pairs::{self, Face, FaceSlice, PairPoint};
 use super::ramp::{self, ContactRamp, Station};
-use super::{LoadSharing, MOST_PAIRS, SharingError};
+use super::{LoadSharing, MOST_PAIRS, SharingError, check_misalignment};
 use crate::gear::{FlankLaw, PathOfContact};
 
 /// Load on stretches narrower than this part of the face is negligible.
@@ -62,16 +62,13 @@ impl HelicalFace {
         phase: f64,
         face: Face,
     ) -> Result<Self, SharingError> {
-        let Face { width, slices } = face;
-        if slices == 0 || !(width > 0.0 && width.is_finite()) {
-            return Err(SharingError::NoFace { width, slices });
-        }
+        face.check()?;
         let (helix, [first, last]) = (law.helix(), law.reach());
         let (cuts, parts) = cuts(law, phase, face);
         let mut stretches = Vec::with_capacity(cuts.len());
         for ends in cuts.windows(2) {
             let [from, to] = [ends[0], ends[1]];
-            if to - from <= NARROW * width {
+            if to - from <= NARROW * face.width {
                 continue;
             }
             let middle = 0.5 * (from + to);
@@ -107,14 +104,7 @@ impl HelicalFace {
     /// # Errors
     /// As [`LoadSharing::new`].
     pub fn sharing(&self, misalignment: f64) -> Result<LoadSharing, SharingError> {
-        if !misalignment.is_finite() {
-            return Err(SharingError::OutOfRange {
-                name: "misalignment [rad]",
-                value: misalignment,
-                position: self.position(),
-                accepted: "finite",
-            });
-        }
+        check_misalignment(misalignment, self.position())?;
         let unit = self.face.width / self.face.slices as f64;
         let on_path = |s: f64| s >= self.path.start && s <= self.path.end;
         let mut ramps: Vec<ContactRamp> = Vec::new();

@@ -21,6 +21,15 @@ impl Face {
     pub(super) fn border(&self, index: usize) -> f64 {
         (index as f64 / self.slices as f64 - 0.5) * self.width
     }
+
+    /// Rejects a face without width or slices.
+    pub(super) fn check(self) -> Result<(), SharingError> {
+        let Self { width, slices } = self;
+        if slices == 0 || !(width > 0.0 && width.is_finite()) {
+            return Err(SharingError::NoFace { width, slices });
+        }
+        Ok(())
+    }
 }
 
 /// A pair at one position of the line of action.
