@@ -446,7 +446,7 @@ fn drawings_that_do_not_run_say_why() {
     soft.form.material[1].poisson_ratio = 0.5;
     assert!(matches!(refuse(&soft), GearError::TooLarge { .. }));
     soft.form.material[1].poisson_ratio = 0.3;
-    soft.pressure_angle = std::f64::consts::FRAC_PI_2;
+    soft.pressure_angle = FRAC_PI_2;
     assert!(matches!(refuse(&soft), GearError::TooLarge { .. }));
     soft.pressure_angle = 20f64.to_radians();
     soft.form.thinning[1] = f64::NAN;

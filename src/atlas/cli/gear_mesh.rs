@@ -30,7 +30,7 @@ impl GearMesh {
         let gears = point.model.source.gears();
         let flanks = gears.as_ref().and_then(|gears| Flanks::new(gears).ok());
         let structure =
-            if has_drawn_train(point) { parts.structure(&point.model).ok() } else { None };
+            if has_drawn_mesh(point) { parts.structure(&point.model).ok() } else { None };
         let structure = structure.as_deref();
         let loaded = match &point.mesh.stiffness {
             StiffnessSpec::Table(spec) => {
@@ -147,14 +147,17 @@ impl GearMesh {
     }
 }
 
-/// Whether a point has a train with at least one mesh that is computed from the drawing of the gears.
-fn has_drawn_train(point: &PointSpec) -> bool {
-    let StructureSource::Train(train) = &point.model.source else {
-        return false;
-    };
-    let mut further = train.meshes.iter();
-    matches!(point.mesh.stiffness, StiffnessSpec::Table(_))
-        || further.any(|mesh| matches!(mesh.law, MeshLaw::Drawn(_)))
+/// Whether drag and the paths of the torque decide on the mean force of a mesh that is computed from the drawing.
+fn has_drawn_mesh(point: &PointSpec) -> bool {
+    let first = matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
+    match &point.model.source {
+        StructureSource::Modal(_) => false,
+        StructureSource::Rigid(_) | StructureSource::Flexible(_) => first,
+        StructureSource::Train(train) => {
+            let mut further = train.meshes.iter();
+            first || further.any(|mesh| matches!(mesh.law, MeshLaw::Drawn(_)))
+        }
+    }
 }
 
 /// Smallest, mean and largest stiffness over the mesh cycle, in words.
