@@ -372,7 +372,7 @@ fn allows_values_outside_grid(axis: &Axis) -> bool {
     !axis.key.is_model_key()
 }
 
-/// A value of an axis as typed, in SI.
+/// Converts the typed value of an axis to SI. An axis with a model key takes only values of the grid.
 fn read(axis: &Axis, text: &str, units: &Units) -> Result<f64, PointError> {
     let value = quantity(axis, text)?;
     if allows_values_outside_grid(axis) {

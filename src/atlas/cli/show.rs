@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_are_never_forced_on_a_pipe() {
+    fn always_and_never_ignore_the_terminal() {
         assert_eq!(Colour::Always.style(), Style::Colour);
         assert_eq!(Colour::Never.style(), Style::Plain);
     }

@@ -155,7 +155,8 @@ pub(super) struct FlatColumn {
     pub title: String,
 }
 
-/// Surveys a table in one pass: only the `chosen` columns, or all if `chosen` is empty.
+/// Reads the table once. Counts its rows and, for each chosen column (all if `chosen` is empty), the absent
+/// values and the longest list.
 ///
 /// # Errors
 /// The table cannot be read, or was changed.

@@ -17,8 +17,8 @@ use crate::numerics::random::Stream;
 use crate::numerics::statistics::mean;
 use crate::propagate::Tangents;
 
-/// Length, relative to the tangent, below which the rest after orthogonalisation is round-off: some tens of
-/// units in the last place.
+/// Length, relative to the tangent, below which the rest after orthogonalisation is round-off: some hundreds
+/// of units in the last place.
 const ROUND_OFF: f64 = 1e-13;
 
 /// Tangent vectors and their growth.

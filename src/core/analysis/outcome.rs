@@ -187,9 +187,9 @@ pub struct NvhOutcome {
     pub impacts: [u64; 2],
     /// Largest |δ'| at entry into contact \[m/s\].
     pub impact_velocity_max: Option<f64>,
-    /// Number of flights between two contacts that began and ended during the measurement.
+    /// Number of complete flights: their start and their end lie in the measurement.
     pub flights: u64,
-    /// Number of contacts between two flights that began and ended during the measurement.
+    /// Number of complete contacts: their start and their end lie in the measurement.
     pub contacts: u64,
 }
 

@@ -61,10 +61,10 @@ pub(super) fn on_each<T>(
     pick: impl Fn(&OmittedModeForces) -> T,
 ) -> Vec<T> {
     let nothing = OmittedModeForces::default();
-    let shares = structure.bearings.iter().map(|bearing| &bearing.left_out);
-    if shares.clone().all(|share| *share == nothing) {
+    let omitted_forces = structure.bearings.iter().map(|bearing| &bearing.left_out);
+    if omitted_forces.clone().all(|share| *share == nothing) {
         Vec::new()
     } else {
-        shares.map(pick).collect()
+        omitted_forces.map(pick).collect()
     }
 }

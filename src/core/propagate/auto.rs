@@ -82,7 +82,7 @@ pub enum Why {
     /// A motion has reached a set of closed contacts without a table.
     NoTable,
     /// Gyroscopic terms change the structure with the speed: every speed would need separate tables.
-    Turns,
+    Gyroscopic,
     /// The structured kernel costs less.
     ManyModes {
         /// Modes of the structure.
@@ -113,10 +113,10 @@ impl Why {
         if portable {
             return Self::Portable;
         }
-        let turns = model.basis.coupled().is_some_and(|coupled| coupled.turns);
+        let is_gyroscopic = model.basis.coupled().is_some_and(|coupled| coupled.turns);
         match ClosedModes::suits(model) {
             Err(error) => Self::Refused(error),
-            Ok(_) if turns => Self::Turns,
+            Ok(_) if is_gyroscopic => Self::Gyroscopic,
             Ok(size) if size.systems > MOST_SETS_MET => Self::ManySets {
                 sets: size.systems,
                 most: MOST_SETS_MET,
@@ -160,7 +160,7 @@ impl fmt::Display for Why {
                 "{modes} modes, {sets} sets of closed contacts, with tables computed on demand"
             ),
             Self::NoTable => f.write_str("no table for a set of closed contacts in the motion"),
-            Self::Turns => f.write_str("gyroscopic terms change the structure with the speed"),
+            Self::Gyroscopic => f.write_str("gyroscopic terms change the structure with the speed"),
             Self::ManyModes { modes, most } => write!(f, "{modes} modes, more than {most}"),
             Self::ManySets { sets, most } => {
                 write!(f, "{sets} sets of closed contacts, more than {most}")

@@ -45,7 +45,7 @@ impl KeptTables for Vec<TableArray> {
     }
 }
 
-/// Collects arrays.
+/// Collects named arrays to be kept on disk.
 #[derive(Debug, Default)]
 pub struct KeptWriter(Vec<(&'static str, &'static str, Vec<f64>)>);
 

@@ -3,7 +3,7 @@
 /// Reasons why a model has no tables, or why kept tables do not fit it.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum TableError {
-    /// Loaded flanks have an error.
+    /// The flanks have a transmission error under load, and tables cannot represent it exactly.
     #[error(
         "kernels with tables cannot follow the exact error of the loaded flanks; set run.kernel = \"volterra\", or \
          set excitation.table_harmonics to a number of harmonics (0 omits the error)"

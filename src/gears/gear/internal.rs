@@ -299,7 +299,8 @@ mod tests {
     #[test]
     fn the_tooth_stands_on_the_line_of_centres() {
         let own = pair([37, 91], 5e-3, [0.0; 2], 0.135);
-        // From the start of the path, at the ring's tip, to the pitch point, and a quarter of the pitch.
+        // The phase is the path length from its start (the ring's tip) to the pitch point, plus a quarter of
+        // the base pitch.
         let (base, tip) = (0.5 * 0.455 * 20f64.to_radians().cos(), 0.5 * 0.455 - 5e-3);
         let approach = base * 20f64.to_radians().tan() - f64::sqrt(tip * tip - base * base);
         let pitch = PI * 5e-3 * 20f64.to_radians().cos();

@@ -88,8 +88,8 @@ pub struct LoadSharing {
     on_path: [bool; MOST_PAIRS],
     /// Whether the gap of every pair is constant along its face.
     even: bool,
-    /// Excess of the line load of each pair over the least at which its contact is
-    /// linearised \[N/m\]; for a linear contact, any positive value.
+    /// Line load of each pair minus the smallest line load at which a contact is linearised \[N/m\]; may be
+    /// negative. For a linear contact, any positive value.
     line_load_excess: [f64; MOST_PAIRS],
     /// The same pairs with elastically coupled slices, if gaps vary along the face.
     coupled: Option<Coupled>,

@@ -130,10 +130,11 @@ impl TableReader {
             let found = match field.data_type() {
                 DataType::Float64 => not_finite(array.as_ref()),
                 DataType::List(_) => array.as_list_opt::<i32>().and_then(|lists| {
-                    let each = |list: usize| Some((list, not_finite(&lists.value(list))?.1));
+                    let first_not_finite =
+                        |list: usize| Some((list, not_finite(&lists.value(list))?.1));
                     let suspect = not_finite(lists.values()).is_some();
                     let valid = |&list: &usize| suspect && lists.is_valid(list);
-                    (0..lists.len()).filter(valid).find_map(each)
+                    (0..lists.len()).filter(valid).find_map(first_not_finite)
                 }),
                 _ => None,
             };

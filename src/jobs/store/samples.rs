@@ -27,7 +27,7 @@ impl SampleColumns {
     }
 }
 
-/// The column with the row of the design.
+/// The column that holds the row number in the design.
 pub(super) fn sample_columns(samples: &SampleColumns) -> Vec<Column<PointRow>> {
     let samples = samples.clone();
     columns![row: PointRow;

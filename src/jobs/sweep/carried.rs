@@ -10,7 +10,8 @@ use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::store::ChainEnd;
 
-/// The random stream of the direction, distinct from those of probes, horizons and covariant vectors.
+/// Number of the random stream that draws the direction in which the start of a point is displaced; differs
+/// from the streams of probes, horizons and covariant vectors.
 const STREAM: u64 = 1 << 36;
 
 /// The end of the previous point, and the distance of the next start from it.

@@ -269,11 +269,11 @@ impl Method for FusedTables {
             return Some(cell_model.grid.cells.len());
         }
         let generator = cell_model.generator(stretch.cell, stretch.contact);
-        let start = inside(dot(&generator.deflection, z));
+        let margin_at_start = inside(dot(&generator.deflection, z));
         for &index in &self.starts[stretch.cell] {
             let run = &self.runs[index];
             let sag = reach(&run.sag, z) + stretch.noise;
-            if start <= sag {
+            if margin_at_start <= sag {
                 continue;
             }
             let cells = run.classes.len();

@@ -182,24 +182,24 @@ impl Generator {
     /// Writes the row `row · L` to `out`.
     pub fn apply_to_row(&self, row: &[f64], out: &mut [f64]) {
         let n = self.layout.modes;
-        let times = |input: &[f64]| -> f64 { input.iter().zip(row).map(|(g, r)| g * r).sum() };
+        let dot_row = |input: &[f64]| -> f64 { input.iter().zip(row).map(|(g, r)| g * r).sum() };
         out.fill(0.0);
         let [a, b, c, d] = &self.blocks;
         for i in 0..n {
             out[i] = row[i] * a[i] + row[n + i] * c[i];
             out[n + i] = row[i] * b[i] + row[n + i] * d[i];
         }
-        out[self.layout.constant()] = times(&self.constant);
+        out[self.layout.constant()] = dot_row(&self.constant);
         for (index, frequency) in self.frequencies.iter().enumerate() {
             let at = self.layout.pairs() + 2 * index;
             out[at] = frequency * row[at + 1];
             out[at + 1] = -frequency * row[at];
         }
         for (index, input) in self.ripples.iter().enumerate() {
-            out[self.layout.pairs() + 2 * index] += times(input);
+            out[self.layout.pairs() + 2 * index] += dot_row(input);
         }
         if let Some(force) = &self.force {
-            let push = times(&self.mesh_input);
+            let push = dot_row(&self.mesh_input);
             for (out, force) in out.iter_mut().zip(force) {
                 *out -= push * force;
             }

@@ -18,10 +18,11 @@ pub const CELLS: u32 = 60;
 /// Largest number of events in a mesh cycle.
 pub const LIMIT: u32 = 1000;
 
-/// Cycles over which work is counted and the deflection is averaged.
+/// Cycles over which the RMS deflection is averaged; the work of kernels is counted over a sixth of them (20
+/// for `stepping`).
 const COUNTED_CYCLES: u64 = 3000;
 
-/// Number of cycles that are compared with small steps.
+/// Number of cycles in which `Spectral` is compared with the other integrators.
 const COMPARED_CYCLES: usize = 12;
 
 /// Sixty different levels of stiffness, so that no two segments share a table.

@@ -197,7 +197,7 @@ pub struct Finding {
     pub group: Group,
     /// Duration of the check \[s\].
     pub seconds: f64,
-    /// Lines of the check.
+    /// Results of the check, one per line of the report.
     pub lines: Vec<Line>,
 }
 

@@ -254,7 +254,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
         Ok(self.coordinates(&end))
     }
 
-    /// Computes a difference quotient, because it needs only one more model and two integrations. An exact
+    /// Computes a difference quotient, because it costs two builds of a model and two integrations. An exact
     /// derivative needs seven models.
     fn near_derivative(
         &mut self,

@@ -61,7 +61,8 @@ impl Orbit {
             && length(&self.offset(self.period / 2)) < SAME_ORBIT * self.size()
     }
 
-    /// Size of the motion, in the unit of u ([`Details::size`]).
+    /// Size of the motion ([`Details::size`]), in the unit of the states [`Self::u`]. A size of 0 is returned
+    /// as 1.
     pub fn size(&self) -> f64 {
         match self.details.size {
             0.0 => 1.0,

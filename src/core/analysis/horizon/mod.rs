@@ -105,7 +105,7 @@ pub struct HorizonOutcome {
     /// Exponent of n in the standard error of the mean contact force over n cycles; −1/2 for independent
     /// values.
     pub averaging_exponent: Option<f64>,
-    /// Mesh cycles integrated, including those of the twins.
+    /// Mesh cycles integrated, including those of the twin trajectories.
     pub cycles: u64,
     /// All measurements.
     pub measures: Vec<HorizonMeasure>,

@@ -106,7 +106,8 @@ fn residual_flexibility_softens_the_mesh_in_series() {
     assert!((model.first_cycle().segments[0].stiffness.bound() - 4e8 / 1.04).abs() < 1e-6);
 }
 
-/// Parallel springs share the residual flexibility. This is impossible on several lines.
+/// Parallel springs of a flank share the residual flexibility. The model is refused if the springs act on
+/// different lines of action.
 #[test]
 fn springs_of_a_flank_share_the_residual_flexibility() {
     let mut s = structure(&[0.0, 4000.0], &[0.5, 0.3]);

@@ -25,11 +25,11 @@ pub struct CycleIntegration<'a, 'm> {
     pub kernel: &'a ClosedModes<'m>,
     /// The present time and contacts.
     pub place: CyclePosition,
-    /// Rates of contacts that crossed their surfaces at this time.
+    /// Rates of the margins of those contacts that opened or closed at this instant \[m/s\].
     pub rates: Rates,
     /// Events and blocks so far.
     pub changes: Changes,
-    /// The block that observers have seen, but that is not yet integrated: the event at its end, and its
+    /// The next block, already shown to observers but not yet integrated: the event at its end, and its
     /// length \[s\].
     pub next: Option<(Option<BlockEvent>, f64)>,
     /// Whether blocks are shown.

@@ -67,9 +67,10 @@ pub struct LineState {
     pub rate: f64,
     /// Deflections at its nodes \[m\].
     pub nodes: Lanes,
-    /// Largest contributions of the waves to the deflection \[m\] and to its second derivative \[m/s²\].
+    /// Largest contributions of the oscillating modes to the deflection \[m\] and to its second derivative
+    /// \[m/s²\].
     pub waves: [f64; 2],
-    /// Bounds.
+    /// Bounds of the contact margins on this line (curvature, fastest rate, round-off).
     pub bounds: MarginBounds,
 }
 

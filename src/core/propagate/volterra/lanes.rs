@@ -47,8 +47,9 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// The first terms of the trajectory's deflection on a full window, and bounds of the others from the `tails` of
-    /// `rows`. `other_response` is the response to the force f of another line, `−B f`.
+    /// The leading Legendre coefficients of the trajectory's deflection on an uncut window. The omitted
+    /// coefficients are bounded with `tails`, the bounds for `rows`. `other_response` has B, the bounds for
+    /// its rows, and f of the deflection `−B f` that the force f on another line of action causes.
     fn truncated(
         rows: &[Row],
         tails: &[f64],

@@ -70,11 +70,11 @@ impl Volterra<'_> {
         observed: [bool; 2],
         workspace: &mut Workspace,
     ) {
-        let set = self.instructions;
+        let instructions = self.instructions;
         for (index, view) in track.views().iter().enumerate().skip(1) {
             let window = &self.tables.windows[view.window];
             let response = (active.touching())
-                .then(|| table.contact(set).response_on(view.line))
+                .then(|| table.contact(instructions).response_on(view.line))
                 .flatten();
             let (inputs, trajectory, force, solutions) = workspace.trajectory();
             let [mesh, all] = observed;
@@ -86,17 +86,36 @@ impl Volterra<'_> {
                 let response =
                     response.map(|response| (&response.deflection, &response.tails, force));
                 let (rows, tails, seen) = (&window.rows, &window.tails, &mut solutions[index]);
-                lanes::truncated(set, rows, tails, inputs, trajectory, response, seen);
+                lanes::truncated(
+                    instructions,
+                    rows,
+                    tails,
+                    inputs,
+                    trajectory,
+                    response,
+                    seen,
+                );
                 let mut contacts = view.contacts.iter();
                 if contacts.all(|&contact| self.stays(contact, false, seen)) {
                     continue;
                 }
             }
             let mut deflection = [Row::ZERO];
-            lanes::free(set, &window.rows, inputs, trajectory, &mut deflection);
+            lanes::free(
+                instructions,
+                &window.rows,
+                inputs,
+                trajectory,
+                &mut deflection,
+            );
             let size = lanes::size(&deflection[0].0);
             if let Some(response) = response {
-                lanes::yielded(set, &response.deflection, &[*force], &mut deflection);
+                lanes::yielded(
+                    instructions,
+                    &response.deflection,
+                    &[*force],
+                    &mut deflection,
+                );
             }
             solutions[index] = Solution::of(&deflection[0], size);
         }

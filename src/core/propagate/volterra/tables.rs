@@ -17,7 +17,7 @@ pub struct VolterraTables {
     pub layout: TableLayout,
     /// Angular frequencies of all transmission errors \[rad/s\], with their turns per mesh cycle.
     pub frequencies: Vec<[f64; 2]>,
-    /// Whether all of them repeat after a base period; orders of a shaft may not.
+    /// Whether all transmission errors repeat after a base period; orders of a shaft may not.
     pub errors_recur: bool,
     /// Schedules of the mesh cycles of all contacts.
     schedules: Vec<Schedule>,

@@ -80,7 +80,7 @@ impl Flanks {
         let rolls = self.roll(s);
         let depths = [0, 1].map(|gear| {
             let tooth = &self.teeth[gear];
-            // The flank's x over the cosine of the force's angle.
+            // Distance from the contact to the tooth's centre line, along the force.
             tooth.base_radius * (rolls[gear] - tooth.force_angle(rolls[gear]).tan())
         });
         hertz::approach(

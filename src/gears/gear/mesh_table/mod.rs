@@ -42,8 +42,8 @@ pub enum FaceLaw {
 /// Which stiffness represents a mesh near a load F.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub enum StiffnessLaw {
-    /// The tangent stiffness dF/dx. It steps where a pair takes up load, and so does the force of the
-    /// linear law at every force other than F.
+    /// The tangent stiffness dF/dx. Over the mesh cycle it jumps where a pair takes up load. The force of the
+    /// linear law then jumps too, except at the load F itself.
     Tangent,
     /// The secant stiffness from the first touch of the flanks to F,
     ///

@@ -97,7 +97,8 @@ impl TrainDrive {
         };
         let forward = pitch_point.forward * sense;
         let (sin, cos) = pressure_angle.sin_cos();
-        // Measured in the transverse section, in which the flanks' normal is a unit vector.
+        // The deflection is measured in the transverse section. There the flanks' normal is a unit vector,
+        // and `thrust` is the additional axial part.
         let helix = self.gear(gears[0]).base_helix_angle().tan();
         let thrust = sides[0].axis.along() * (-sense * helix);
         [1.0, -1.0].map(|lean| {

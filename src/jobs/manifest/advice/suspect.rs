@@ -279,14 +279,14 @@ fn drawing(
     );
     let force = operating.load * gears.rated_force();
     let root = ROOT_FACTOR * force / (width * module);
-    let moduli = gears
+    let compliances = gears
         .form
         .material
         .iter()
         .map(|m| (1.0 - m.poisson_ratio.powi(2)) / m.young_modulus);
     let sin = gears.transverse_pressure_angle().sin();
     let curvature = (1.0 / pinion + 1.0 / wheel) / sin;
-    let pressure = (force * curvature / (width * PI * moduli.sum::<f64>())).sqrt();
+    let pressure = (force * curvature / (width * PI * compliances.sum::<f64>())).sqrt();
     words.add(
         root > MOST_ROOT_STRESS || pressure > MOST_PRESSURE,
         torque_key,

@@ -23,7 +23,7 @@ pub(super) fn read(section: &Section) -> Option<GearPair> {
     let body_length = section.pair("body_length");
     let rated_torque = section.quantity("rated_torque");
     let form = form(section, body_length);
-    let plane = plane(section, module.zip(face_width));
+    let plane_state = plane(section, module.zip(face_width));
     let drawn = || {
         // The schema bounds the teeth far below the range of u32.
         let [pinion, wheel] = teeth?.map(u32::try_from);
@@ -36,7 +36,7 @@ pub(super) fn read(section: &Section) -> Option<GearPair> {
             body_length: body_length?,
             rated_torque: rated_torque?,
             form: ToothForm {
-                plane: plane?,
+                plane: plane_state?,
                 overhang: face?.overhang,
                 face_middle: face?.middle,
                 ..form?

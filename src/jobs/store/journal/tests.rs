@@ -384,7 +384,7 @@ fn a_journal_knows_the_instructions_of_its_points() {
     fs::write(&path, &bytes).unwrap();
     let both = ["another".to_owned(), here.clone()];
     assert_eq!(open(folder.path()).instructions(), both);
-    // A journal that starts anew has the instructions of this process.
+    // A journal that starts anew lists only the instruction set of this process.
     drop(Journal::open(folder.path(), HASH, None, true).unwrap());
     open(folder.path()).append(&row(0, &[1.0])).unwrap();
     assert_eq!(open(folder.path()).instructions(), [here]);

@@ -251,7 +251,8 @@ fn cycle<K: Kernel>(
     Ok((trajectory, events))
 }
 
-/// Compares all kernels with the structured one, on a few cycles of a drive; returns the number of comparisons.
+/// Compares the four kernels of the ladder with the kernel `volterra` on a few cycles of a drive; returns the
+/// number of comparisons.
 fn agree(case: &Case) -> Result<usize, TestCaseError> {
     let model = common::model(case);
     let ladder = match Ladder::new(&model, 24) {

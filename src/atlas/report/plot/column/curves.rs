@@ -153,10 +153,11 @@ impl Extent {
     }
 }
 
-/// The plans of all pictures, by the suffix of their slice.
+/// What each picture will draw.
 struct Plans {
     /// The suffixes, in the order of the pictures.
     order: Vec<String>,
+    /// The key is the file-name suffix of the slice of the grid that the picture shows.
     plans: BTreeMap<String, Plan>,
     /// Number of slices that no picture shows.
     dropped: usize,

@@ -122,8 +122,9 @@ impl<'a> SolidRing<'a> {
         }
     }
 
-    /// Displacements of the outer surface by unit waves of traction there, for a harmonic: radial cosines,
-    /// tangential sines and axial cosines, each by waves along the face.
+    /// Compliance matrix of the outer surface for the circumferential harmonic `order`. Each column is the
+    /// displacement under a unit traction wave: first the radial ones (cos nθ), then tangential (sin nθ),
+    /// then axial (cos nθ). Each group has one column per wave along the face width.
     fn harmonic(&self, order: u64) -> Option<Mat<f64>> {
         if order > EXACT {
             return Some(self.half_space(order));
