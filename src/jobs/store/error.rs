@@ -160,10 +160,10 @@ pub enum StoreError {
         /// The journal, which it has locked.
         path: PathBuf,
     },
-    /// The file is not a journal.
+    /// The file is not a journal, or its header is damaged.
     #[error(
-        "`{}` is not a journal of this program: discard it with --overwrite, or choose another folder with \
-         --out", path.display()
+        "`{}` is not a journal of this program, or its start is damaged: discard it with --overwrite, or choose \
+         another folder with --out", path.display()
     )]
     ForeignJournal {
         /// The file.
