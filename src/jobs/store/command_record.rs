@@ -120,3 +120,37 @@ pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
         _ => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::poincare_table;
+
+    /// A command that cannot write its second table changes neither the earlier tables nor their record.
+    #[test]
+    fn a_failed_command_leaves_the_earlier_tables() {
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
+        let [first, second] = ["first", "second"].map(|job| [("job", job.to_owned())]);
+        let mut tables = CommandTables::start(folder, "record.json", &first).unwrap();
+        tables
+            .write(TableKind::Branches, poincare_table(), [])
+            .unwrap();
+        tables.finish().unwrap();
+        let record = folder.join("record.json");
+        let paths = [table_path(folder, TableKind::Branches, None), record];
+        let contents = || paths.each_ref().map(|path| fs::read(path).unwrap());
+        let before = contents();
+        // A folder has the name of the second table.
+        fs::create_dir(table_path(folder, TableKind::Curves, None)).unwrap();
+        let mut tables = CommandTables::start(folder, "record.json", &second).unwrap();
+        tables
+            .write(TableKind::Branches, poincare_table(), [])
+            .unwrap();
+        tables
+            .write(TableKind::Curves, poincare_table(), [])
+            .unwrap_err();
+        drop(tables);
+        assert!(contents() == before);
+    }
+}
