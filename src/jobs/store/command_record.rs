@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic_file::write_atomically;
-use super::checksum::{TableRecord, sealed};
+use super::atomic_file::write_sealed;
+use super::checksum::TableRecord;
 use super::file::{ClosedTable, UnfinishedTable, create_folder, remove_stale, table_path};
 use super::table::Table;
 use super::table_kind::TableKind;
@@ -47,10 +47,7 @@ impl TablesRecord {
     /// # Errors
     /// The file cannot be written.
     pub(super) fn write(&self, folder: &Path, name: &str) -> Result<(), StoreError> {
-        let path = folder.join(name);
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-        write_atomically(&path, sealed(&text).as_bytes())
+        write_sealed(&folder.join(name), self)
     }
 }
 
@@ -114,10 +111,11 @@ impl<'a> CommandTables<'a> {
 /// Removes a file if it exists. A record is removed before its tables are replaced.
 pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(StoreError::io(path, "remove", error))
+        // The folder of a shard's table may be missing, or have the name of a file.
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            Ok(())
         }
-        _ => Ok(()),
+        removed => removed.map_err(|source| StoreError::io(path, "remove", source)),
     }
 }
 
