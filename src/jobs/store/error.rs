@@ -283,20 +283,17 @@ impl StoreError {
 
     /// A failure of the Parquet library, which may wrap an error of the system.
     pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
-        match source {
+        let source = match source {
             ParquetError::External(inner) => match inner.downcast::<io::Error>() {
-                Ok(error) => Self::io(path, action, *error),
-                Err(inner) => Self::Parquet {
-                    path: path.to_path_buf(),
-                    action,
-                    source: ParquetError::External(inner),
-                },
+                Ok(error) => return Self::io(path, action, *error),
+                Err(inner) => ParquetError::External(inner),
             },
-            source => Self::Parquet {
-                path: path.to_path_buf(),
-                action,
-                source,
-            },
+            source => source,
+        };
+        Self::Parquet {
+            path: path.to_path_buf(),
+            action,
+            source,
         }
     }
 }
