@@ -77,15 +77,22 @@ pub struct Description {
     pub period: f64,
 }
 
-fn add(all: &mut Vec<Variable>, name: String, about: String, dimension: Dimension, role: Role) {
-    all.push(Variable {
-        name,
-        about,
-        dimension,
-        role,
-        start: None,
-        feeds_through: false,
-    });
+impl Variable {
+    fn new(
+        name: impl Into<String>,
+        about: impl Into<String>,
+        dimension: Dimension,
+        role: Role,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            about: about.into(),
+            dimension,
+            role,
+            start: None,
+            feeds_through: false,
+        }
+    }
 }
 
 const SHAFTS: [&str; 2] = ["pinion", "wheel"];
@@ -96,26 +103,18 @@ impl Description {
     /// # Errors
     /// No torque can act on one of its shafts, or two variables would have one name.
     pub fn new(job: &Job, point: &PointSpec, structure: &ModalStructure) -> Result<Self, FmuError> {
-        let mut all = Vec::new();
-        add(
-            &mut all,
-            "time".to_owned(),
-            "Time".to_owned(),
-            Dimension::Time,
-            Role::Time,
-        );
+        let mut all = vec![Variable::new("time", "Time", Dimension::Time, Role::Time)];
         let parameters = parameters(job, point, &mut all);
         inputs(at_start(structure, point)?, &mut all);
         shafts(&mut all);
         meshes(structure, &mut all);
         bearings(structure, &mut all);
-        add(
-            &mut all,
-            "events".to_owned(),
-            "Number of times that a contact has opened or closed".to_owned(),
+        all.push(Variable::new(
+            "events",
+            "Number of times that a contact has opened or closed",
             Dimension::Ratio,
             Role::Events,
-        );
+        ));
         let mut names = BTreeSet::new();
         let twice = all
             .iter()
@@ -174,10 +173,10 @@ fn parameters(job: &Job, point: &PointSpec, all: &mut Vec<Variable>) -> Vec<Para
             _ => (of_key(&key), format!("Key {key} of the manifest")),
         };
         let role = Role::Parameter(parameters.len());
-        add(all, name, about, parameter.dimension(), role);
-        if let Some(variable) = all.last_mut() {
-            variable.start = Some(start);
-        }
+        all.push(Variable {
+            start: Some(start),
+            ..Variable::new(name, about, parameter.dimension(), role)
+        });
         parameters.push(parameter);
     }
     parameters
@@ -201,29 +200,27 @@ fn inputs(starts: [f64; INPUTS], all: &mut Vec<Variable>) {
                 Dimension::Ratio,
             ),
         };
-        add(all, name, about, dimension, Role::Input(input));
-        if let Some(variable) = all.last_mut() {
-            variable.start = Some(start);
-        }
+        all.push(Variable {
+            start: Some(start),
+            ..Variable::new(name, about, dimension, Role::Input(input))
+        });
     }
 }
 
 fn shafts(all: &mut Vec<Variable>) {
     for (place, shaft) in SHAFTS.into_iter().enumerate() {
-        add(
-            all,
+        all.push(Variable::new(
             format!("{shaft}.angle"),
             format!("Rotation of the {shaft}'s shaft where its torque acts, vibration included"),
             Dimension::Angle,
             Role::Angle(place),
-        );
-        add(
-            all,
+        ));
+        all.push(Variable::new(
             format!("{shaft}.speed"),
             format!("Speed of the {shaft}'s shaft where its torque acts, vibration included"),
             Dimension::AngularSpeed,
             Role::Speed(place),
-        );
+        ));
     }
 }
 
@@ -255,40 +252,37 @@ fn meshes(structure: &ModalStructure, all: &mut Vec<Variable>) {
                 Role::Contact(number),
             ),
         ] {
-            add(
-                all,
+            all.push(Variable::new(
                 format!("{path}.{what}"),
                 format!("{about}: mesh of {gears}"),
                 dimension,
                 role,
-            );
+            ));
         }
     }
 }
 
 fn bearings(structure: &ModalStructure, all: &mut Vec<Variable>) {
     for (place, bearing) in structure.bearings.iter().enumerate() {
-        let name = &bearing.name;
-        add(
-            all,
+        let (name, share) = (&bearing.name, &bearing.left_out);
+        let variable = Variable::new(
             format!("bearing.{}", part(name)),
             format!("Force of the shaft on the bearing: {name}"),
             Dimension::Force,
             Role::Bearing(place),
         );
-        let share = &bearing.left_out;
-        if let Some(variable) = all.last_mut() {
-            variable.feeds_through = share.torque != 0.0 || share.shaft_torques != [0.0; 2];
-        }
+        all.push(Variable {
+            feeds_through: share.torque != 0.0 || share.shaft_torques != [0.0; 2],
+            ..variable
+        });
     }
     for (place, torque) in structure.torques.iter().enumerate() {
         let name = &torque.name;
-        add(
-            all,
+        all.push(Variable::new(
             format!("torque.{}", part(name)),
             format!("Torque: {name}"),
             Dimension::Torque,
             Role::Torque(place),
-        );
+        ));
     }
 }

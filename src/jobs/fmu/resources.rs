@@ -7,6 +7,7 @@ use crate::input;
 use crate::manifest::{Job, ManifestText, PointSpec};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::Path;
 
 /// Name of the file that lists all others.
@@ -77,12 +78,16 @@ impl Resources {
         let mut files = BTreeMap::from([(MANIFEST.to_owned(), job.text.clone().into_bytes())]);
         let mut changes = job.changes.clone();
         for named in job.written().files() {
-            // Skip missing files: the job was read without them, so it does not need them.
-            if let Ok(bytes) = input::read(&base.join(&named.path), LARGEST_FILE) {
-                let place = place(&named.key);
-                changes.push(format!("{}={place:?}", named.key));
-                files.insert(place, bytes);
-            }
+            let path = base.join(&named.path);
+            let bytes = match input::read(&path, LARGEST_FILE) {
+                Ok(bytes) => bytes,
+                // The job was read without this file, so it does not need it.
+                Err(error) if error.kind() == ErrorKind::NotFound => continue,
+                Err(error) => return Err(unreadable(&path, &error)),
+            };
+            let place = place(&named.key);
+            changes.push(format!("{}={place:?}", named.key));
+            files.insert(place, bytes);
         }
         let kept = std::fs::read_dir(tables).into_iter().flatten().flatten();
         for entry in kept {
@@ -172,5 +177,45 @@ impl Resources {
     pub fn into_files(self) -> Vec<(String, Vec<u8>)> {
         let list = (LIST.to_owned(), self.list());
         std::iter::once(list).chain(self.files).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest;
+    use std::fs;
+
+    /// Every named file has its own path in the FMU. A file that cannot be read is an error, unless it is missing.
+    #[test]
+    fn named_files_keep_their_contents() {
+        let folder = tempfile::tempdir().unwrap();
+        let base = folder.path();
+        for name in ["speeds.csv", "loads.csv"] {
+            fs::write(base.join(name), name).unwrap();
+        }
+        let quickstart = include_str!("../../../manifests/quickstart.toml");
+        let mut job = manifest::parse(quickstart, "m.toml", base).unwrap();
+        let point = job.points.at(0);
+        let mut gathered = |load_points: &str| {
+            job.text =
+                format!("[runup]\npoints = \"speeds.csv\"\nload_points = \"{load_points}\"\n");
+            Resources::gather(&job, &point, base, &base.join("tables"))
+        };
+        let resources = gathered("loads.csv").unwrap();
+        for (path, bytes) in [
+            ("files/runup.points.csv", "speeds.csv"),
+            ("files/runup.load_points.csv", "loads.csv"),
+        ] {
+            assert_eq!(resources.files[path], bytes.as_bytes());
+            let change = resources.choice.changes.iter();
+            assert_eq!(change.filter(|change| change.contains(path)).count(), 1);
+        }
+        assert_eq!(gathered("missing.csv").unwrap().files.len(), 2);
+        let error = gathered(".").unwrap_err();
+        assert!(
+            matches!(error, FmuError::Unreadable { .. }),
+            "a folder: {error}"
+        );
     }
 }

@@ -1,7 +1,9 @@
 //! Files that get their final name only when they are complete.
 
 use super::StoreError;
+use super::checksum::sealed;
 use super::file::{publish, temporary_file};
+use serde::Serialize;
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -54,4 +56,11 @@ pub fn write_atomically(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let written = file.file().write_all(bytes);
     written.map_err(|source| StoreError::io(path, "write", source))?;
     file.publish()
+}
+
+/// Writes a record as JSON with the hash of its text, completely or not at all.
+pub(super) fn write_sealed(path: &Path, record: &impl Serialize) -> Result<(), StoreError> {
+    let text = serde_json::to_string_pretty(record)
+        .map_err(|error| StoreError::io(path, "write", error.into()))?;
+    write_atomically(path, sealed(&text).as_bytes())
 }

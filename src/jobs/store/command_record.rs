@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic_file::write_atomically;
-use super::checksum::{TableRecord, sealed};
+use super::atomic_file::write_sealed;
+use super::checksum::TableRecord;
 use super::file::{ClosedTable, UnfinishedTable, create_folder, remove_stale, table_path};
 use super::table::Table;
 use super::table_kind::TableKind;
@@ -47,10 +47,7 @@ impl TablesRecord {
     /// # Errors
     /// The file cannot be written.
     pub(super) fn write(&self, folder: &Path, name: &str) -> Result<(), StoreError> {
-        let path = folder.join(name);
-        let text = serde_json::to_string_pretty(self)
-            .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-        write_atomically(&path, sealed(&text).as_bytes())
+        write_sealed(&folder.join(name), self)
     }
 }
 
@@ -114,9 +111,44 @@ impl<'a> CommandTables<'a> {
 /// Removes a file if it exists. A record is removed before its tables are replaced.
 pub(super) fn remove(path: &Path) -> Result<(), StoreError> {
     match fs::remove_file(path) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(StoreError::io(path, "remove", error))
+        // The folder of a shard's table may be missing, or have the name of a file.
+        Err(error) if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
+            Ok(())
         }
-        _ => Ok(()),
+        removed => removed.map_err(|source| StoreError::io(path, "remove", source)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::store::poincare_table;
+
+    /// A command that cannot write its second table changes neither the earlier tables nor their record.
+    #[test]
+    fn a_failed_command_leaves_the_earlier_tables() {
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
+        let [first, second] = ["first", "second"].map(|job| [("job", job.to_owned())]);
+        let mut tables = CommandTables::start(folder, "record.json", &first).unwrap();
+        tables
+            .write(TableKind::Branches, poincare_table(), [])
+            .unwrap();
+        tables.finish().unwrap();
+        let record = folder.join("record.json");
+        let paths = [table_path(folder, TableKind::Branches, None), record];
+        let contents = || paths.each_ref().map(|path| fs::read(path).unwrap());
+        let before = contents();
+        // A folder has the name of the second table.
+        fs::create_dir(table_path(folder, TableKind::Curves, None)).unwrap();
+        let mut tables = CommandTables::start(folder, "record.json", &second).unwrap();
+        tables
+            .write(TableKind::Branches, poincare_table(), [])
+            .unwrap();
+        tables
+            .write(TableKind::Curves, poincare_table(), [])
+            .unwrap_err();
+        drop(tables);
+        assert!(contents() == before);
     }
 }

@@ -160,10 +160,10 @@ pub enum StoreError {
         /// The journal, which it has locked.
         path: PathBuf,
     },
-    /// The file is not a journal.
+    /// The file is not a journal, or its header is damaged.
     #[error(
-        "`{}` is not a journal of this program: discard it with --overwrite, or choose another folder with \
-         --out", path.display()
+        "`{}` is not a journal of this program, or its start is damaged: discard it with --overwrite, or choose \
+         another folder with --out", path.display()
     )]
     ForeignJournal {
         /// The file.
@@ -283,20 +283,17 @@ impl StoreError {
 
     /// A failure of the Parquet library, which may wrap an error of the system.
     pub(crate) fn parquet(path: &Path, action: &'static str, source: ParquetError) -> Self {
-        match source {
+        let source = match source {
             ParquetError::External(inner) => match inner.downcast::<io::Error>() {
-                Ok(error) => Self::io(path, action, *error),
-                Err(inner) => Self::Parquet {
-                    path: path.to_path_buf(),
-                    action,
-                    source: ParquetError::External(inner),
-                },
+                Ok(error) => return Self::io(path, action, *error),
+                Err(inner) => ParquetError::External(inner),
             },
-            source => Self::Parquet {
-                path: path.to_path_buf(),
-                action,
-                source,
-            },
+            source => source,
+        };
+        Self::Parquet {
+            path: path.to_path_buf(),
+            action,
+            source,
         }
     }
 }

@@ -13,7 +13,6 @@ use arrow_array::types::UInt64Type;
 use arrow_array::{Array, RecordBatch};
 use arrow_select::interleave::interleave_record_batch;
 use parquet::arrow::ArrowWriter;
-use tempfile::TempPath;
 
 use super::StoreError;
 use super::checksum::{Hashed, RecordedTables};
@@ -35,26 +34,8 @@ pub(super) struct Source<'a> {
     pub without: &'a BTreeSet<u64>,
 }
 
-/// A merged table before it has its final name.
-pub(super) struct Interleaved {
-    folder: PathBuf,
-    writer: ArrowWriter<Hashed<File>>,
-    temporary: TempPath,
-    path: PathBuf,
-    rows: u64,
-}
-
-impl Interleaved {
-    /// Completes the file, still under its temporary name.
-    pub(super) fn close(mut self) -> Result<ClosedTable, StoreError> {
-        complete(&mut self.writer, &self.path)?;
-        let written = self.writer.inner();
-        ClosedTable::new(written, self.rows, &self.folder, &self.path, self.temporary)
-    }
-}
-
-/// Merges the rows of at least one source into a table of `folder` (of its `shard`). Calls `on_point` once
-/// for every point, in ascending order, with the index of its source and the number of its rows.
+/// Merges the rows of at least one source into a table of `folder` (of its `shard`), still under its temporary name.
+/// Calls `on_point` once for every point, in ascending order, with the index of its source and the number of its rows.
 ///
 /// # Errors
 /// A file cannot be read or written, is not such a table, has other columns than the first file, is not in ascending
@@ -65,7 +46,7 @@ pub(super) fn interleave(
     kind: TableKind,
     shard: Option<Shard>,
     mut on_point: impl FnMut(u64, usize, u64) -> Result<(), StoreError>,
-) -> Result<Interleaved, StoreError> {
+) -> Result<ClosedTable, StoreError> {
     let mut readers: Vec<SourceReader<'_>> = sources
         .iter()
         .map(SourceReader::open)
@@ -86,13 +67,9 @@ pub(super) fn interleave(
         temporary_file(folder, &format!(".{}.", kind.file_name()))?.into_parts();
     let writer = start_writer(file, &path, &schema, first.reader.metadata().to_vec())?;
     let mut output = Interleaver {
-        table: Interleaved {
-            folder: folder.to_path_buf(),
-            writer,
-            temporary,
-            path,
-            rows: 0,
-        },
+        writer,
+        path: &path,
+        rows: 0,
         picks: Vec::new(),
         rows_in_group: 0,
     };
@@ -136,14 +113,15 @@ pub(super) fn interleave(
         on_point(point_id, index, rows)?;
     }
     output.write(&readers)?;
-    Ok(output.table)
+    complete(&mut output.writer, &path)?;
+    ClosedTable::new(output.writer.inner(), output.rows, folder, &path, temporary)
 }
 
 /// The point of a source's next row. Rows picked from a batch are written before the next batch replaces it.
 fn next_point(
     readers: &mut [SourceReader<'_>],
     index: usize,
-    output: &mut Interleaver,
+    output: &mut Interleaver<'_>,
 ) -> Result<Option<u64>, StoreError> {
     loop {
         if let Some(point_id) = readers[index].next_point_id()? {
@@ -212,14 +190,16 @@ impl<'a> SourceReader<'a> {
 }
 
 /// The output of a merge.
-struct Interleaver {
-    table: Interleaved,
+struct Interleaver<'a> {
+    writer: ArrowWriter<Hashed<File>>,
+    path: &'a Path,
+    rows: u64,
     /// The rows to be written next: index of the source, and row in the source's present batch.
     picks: Vec<(usize, usize)>,
     rows_in_group: usize,
 }
 
-impl Interleaver {
+impl Interleaver<'_> {
     /// Whether a row group is full.
     fn is_due(&self) -> bool {
         self.rows_in_group + self.picks.len() >= GROUP_ROWS
@@ -231,16 +211,15 @@ impl Interleaver {
         }
         let due = self.is_due();
         let batches: Vec<&RecordBatch> = readers.iter().map(|reader| &reader.batch).collect();
-        let refused = |source| StoreError::parquet(&self.table.path, "write", source);
+        let refused = |source| StoreError::parquet(self.path, "write", source);
         let batch = interleave_record_batch(&batches, &self.picks)
             .map_err(|error| refused(error.into()))?;
-        let writer = &mut self.table.writer;
-        writer.write(&batch).map_err(refused)?;
+        self.writer.write(&batch).map_err(refused)?;
         self.rows_in_group += self.picks.len();
-        self.table.rows += self.picks.len() as u64;
+        self.rows += self.picks.len() as u64;
         self.picks.clear();
-        if due || writer.in_progress_size() >= GROUP_BYTES {
-            writer.flush().map_err(refused)?;
+        if due || self.writer.in_progress_size() >= GROUP_BYTES {
+            self.writer.flush().map_err(refused)?;
             self.rows_in_group = 0;
         }
         Ok(())

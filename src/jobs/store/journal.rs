@@ -6,9 +6,9 @@
 //! record = length (u64, little endian) │ first 8 bytes of BLAKE3 of the payload │ payload
 //! ```
 //!
-//! Payloads have postcard's encoding, which keeps every bit of a number. A record that is cut off or damaged ends the
-//! journal: this record and all later ones are dropped and computed again. A run locks the file, so that two runs
-//! cannot share a folder.
+//! Payloads have postcard's encoding, which keeps every bit of a number. A point that is cut off or damaged ends the
+//! journal: this point and all later ones are dropped and computed again. A damaged header is refused if points may
+//! follow it. A run locks the file, so that two runs cannot share a folder.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -64,8 +64,8 @@ impl Journal {
     /// records.
     ///
     /// # Errors
-    /// The folder or the file cannot be written, another process uses the journal, or it belongs to another job or
-    /// another build of this program.
+    /// The folder or the file cannot be written, another process uses the journal, its header is damaged, or it belongs
+    /// to another job or another build of this program.
     pub fn open(
         folder: &Path,
         job_hash: &str,
@@ -90,8 +90,10 @@ impl Journal {
             unsynced: false,
             instructions: header.instructions.clone(),
         };
+        let mut start = MAGIC.to_vec();
+        start.extend(record(&header, &journal.path)?);
         if fresh {
-            return journal.begin(&header);
+            return journal.begin(&start);
         }
         let mut reader = journal.reader(0)?;
         let mut magic = Vec::new();
@@ -119,15 +121,12 @@ impl Journal {
             Some((found, length)) => {
                 journal.instructions = found.instructions;
                 journal.points = MAGIC.len() as u64 + length;
-                journal.end = journal
-                    .file
-                    .metadata()
-                    .map_err(|source| StoreError::io(&journal.path, "read", source))?
-                    .len();
+                journal.end = journal.length()?;
                 Ok(journal)
             }
-            // The header is cut off or damaged, so no point can be read.
-            None => journal.begin(&header),
+            // The file ends with or inside the header, so there is no point to lose.
+            None if journal.length()? <= start.len() as u64 => journal.begin(&start),
+            None => Err(StoreError::ForeignJournal { path: journal.path }),
         }
     }
 
@@ -141,13 +140,18 @@ impl Journal {
         }
     }
 
-    /// Empties the file and writes the header. Removes the file if the header cannot be written.
-    fn begin(mut self, header: &Header) -> Result<Self, StoreError> {
-        let mut bytes = MAGIC.to_vec();
-        bytes.extend(record(header, &self.path)?);
+    /// Size of the file \[bytes\].
+    fn length(&self) -> Result<u64, StoreError> {
+        let metadata = self.file.metadata();
+        let metadata = metadata.map_err(|source| StoreError::io(&self.path, "read", source))?;
+        Ok(metadata.len())
+    }
+
+    /// Empties the file and writes its start, the magic and the header. Removes the file if they cannot be written.
+    fn begin(mut self, start: &[u8]) -> Result<Self, StoreError> {
         let begun = self
             .cut(0)
-            .and_then(|()| self.write(&bytes))
+            .and_then(|()| self.write(start))
             .and_then(|()| self.sync())
             .and_then(|()| self.sync_name());
         match begun {

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use super::checksum::RecordedTables;
 use super::file::{ClosedTable, create_folder, remove_stale, table_path};
-use super::interleave::{Interleaved, Source, interleave};
+use super::interleave::{Source, interleave};
 use super::run::{
     KernelRecord, RunRecord, RunState, ShardRecord, Totals, mixed_instructions_warning,
 };
@@ -153,11 +153,9 @@ impl Part {
 pub fn merge(folders: &[PathBuf], out: &Path) -> Result<RunRecord, MergeError> {
     let parts = parts(folders)?;
     prepare_output(out)?;
-    let joined: Vec<ClosedTable> = (tables(&parts, out)?.into_iter())
-        .map(Interleaved::close)
-        .collect::<Result<_, _>>()?;
+    let tables = tables(&parts, out)?;
     let mut record = record(&parts);
-    record.tables = (joined.into_iter())
+    record.tables = (tables.into_iter())
         .map(ClosedTable::publish)
         .collect::<Result<_, _>>()?;
     write_run(out, &record)?;
@@ -281,7 +279,7 @@ fn prepare_output(out: &Path) -> Result<(), MergeError> {
 }
 
 /// All tables of the job, completely read and not yet published; the points are checked.
-fn tables(parts: &[Part], out: &Path) -> Result<Vec<Interleaved>, MergeError> {
+fn tables(parts: &[Part], out: &Path) -> Result<Vec<ClosedTable>, MergeError> {
     let none = BTreeSet::new();
     let points = (parts.iter()).fold(0_u64, |sum, part| {
         sum.saturating_add(part.record.totals.points)

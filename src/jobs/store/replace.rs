@@ -13,7 +13,7 @@ use arrow_array::types::UInt64Type;
 use super::StoreError;
 use super::checksum::{RecordedTables, TableRecord};
 use super::file::{ClosedTable, Shard, table_path};
-use super::interleave::{Interleaved, Source, interleave};
+use super::interleave::{Source, interleave};
 use super::open::TableReader;
 use super::table_kind::TableKind;
 
@@ -105,9 +105,6 @@ pub fn replace(
             joined.push(interleave(&sources, folder, kind, shard, |_, _, _| Ok(()))?);
         }
     }
-    let joined: Vec<ClosedTable> = (joined.into_iter())
-        .map(Interleaved::close)
-        .collect::<Result<_, _>>()?;
     let tables: Vec<TableRecord> = joined.iter().map(|table| table.record.clone()).collect();
     announce(&tables)?;
     joined.into_iter().map(ClosedTable::publish).collect()

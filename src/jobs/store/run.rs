@@ -7,8 +7,8 @@ use std::sync::OnceLock;
 use serde::{Deserialize, Serialize};
 
 use super::StoreError;
-use super::atomic_file::write_atomically;
-use super::checksum::{TableRecord, sealed};
+use super::atomic_file::write_sealed;
+use super::checksum::TableRecord;
 use super::file::{Shard, create_folder};
 use crate::propagate::instructions;
 use crate::topology::{Machine, Topology};
@@ -348,10 +348,7 @@ pub fn run_path(folder: &Path, shard: Option<Shard>) -> PathBuf {
 /// The file cannot be written.
 pub fn write_run(folder: &Path, record: &RunRecord) -> Result<(), StoreError> {
     create_folder(folder)?;
-    let path = run_path(folder, record.shard);
-    let text = serde_json::to_string_pretty(record)
-        .map_err(|error| StoreError::io(&path, "write", error.into()))?;
-    write_atomically(&path, sealed(&text).as_bytes())
+    write_sealed(&run_path(folder, record.shard), record)
 }
 
 #[cfg(test)]

@@ -3,8 +3,6 @@
 //! Rows, row groups and values depend on the points alone, so every physics column has the same bytes for any number of
 //! threads.
 
-use std::fs;
-use std::io;
 use std::path::{Path, PathBuf};
 
 use super::attractors::{attractor_rows, attractors_table};
@@ -12,6 +10,7 @@ use super::basins::{basins_table, cell_rows};
 use super::chains::{transition_rows, transitions_table};
 use super::checksum::TableRecord;
 use super::columns::{poincare_rows, poincare_table, points_table, spectra_table, spectrum_rows};
+use super::command_record::remove;
 use super::file::{ClosedTable, Shard, UnfinishedTable, create_folder, remove_stale, table_path};
 use super::horizon::{horizon_rows, horizon_table};
 use super::layout::ResultLayout;
@@ -244,7 +243,7 @@ impl ResultWriter {
         let mut closed = others.collect::<Result<Vec<_>, _>>()?;
         closed.push(self.points.close()?);
         // A full disk has caused an error by now, so either all tables get their names or none does.
-        remove(old)?;
+        old.iter().try_for_each(|path| remove(path))?;
         let tables = closed.into_iter().map(ClosedTable::publish);
         Ok(Written {
             tables: tables.collect::<Result<_, _>>()?,
@@ -298,24 +297,6 @@ impl ResultWriter {
             row.outcome.reason.push_str(&note);
         }
     }
-}
-
-/// Removes those files that exist.
-fn remove(files: Vec<PathBuf>) -> Result<(), StoreError> {
-    for path in files {
-        match fs::remove_file(&path) {
-            Err(error) if absent(&error) => {}
-            removed => removed.map_err(|source| StoreError::io(&path, "replace", source))?,
-        }
-    }
-    Ok(())
-}
-
-fn absent(error: &io::Error) -> bool {
-    matches!(
-        error.kind(),
-        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory
-    )
 }
 
 #[cfg(test)]

@@ -2,7 +2,7 @@
 
 use super::first_force;
 use super::further_meshes::{self, FurtherMeshError};
-use super::loaded_mesh::mean_stiffness;
+use super::loaded_mesh::first_cycle;
 use super::mesh_error::MeshError;
 use super::mesh_tables::MeshTables;
 use crate::analysis::{PointConfig, SliceError};
@@ -220,7 +220,9 @@ fn mean_of(
     meshes: &MeshTables,
 ) -> Result<f64, BuildError> {
     Ok(match &point.mesh.stiffness {
-        StiffnessSpec::Table(spec) => mean_stiffness(point, spec, structure, meshes)?,
+        StiffnessSpec::Table(spec) => {
+            first_cycle(point, spec, Some(structure), meshes)?.mean_stiffness()
+        }
         known => known.mean().unwrap_or_default(),
     })
 }

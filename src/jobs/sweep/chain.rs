@@ -200,7 +200,7 @@ fn level_change([a, b]: [Level; 2], half_gap: f64) -> f64 {
 /// The point, with a request for the level of its deflection if it belongs to a chain whose changes are
 /// refined.
 pub(super) fn with_level_if_refined(point: &PointSpec) -> Cow<'_, PointSpec> {
-    if point.direction.is_some() && halvings(point) > 0 {
+    if point.direction.is_some() && halvings(&point.analyses) > 0 {
         Cow::Owned(with_level(point))
     } else {
         Cow::Borrowed(point)
@@ -275,12 +275,9 @@ pub fn compute(
 }
 
 /// Requested number of halvings at changes of motion.
-fn halvings(point: &PointSpec) -> u32 {
-    point
-        .analyses
-        .poincare
-        .as_ref()
-        .map_or(0, |config| config.refine)
+pub(super) fn halvings(analyses: &Analyses) -> u32 {
+    let poincare = analyses.poincare.as_ref();
+    poincare.map_or(0, |config| config.refine)
 }
 
 /// The search for a change of motion just before a point.
@@ -301,7 +298,7 @@ impl Search<'_> {
         result: &mut PointResult,
         level: Option<Level>,
     ) -> Result<Option<Transition>, Interrupted> {
-        let halvings = halvings(self.point);
+        let halvings = halvings(&self.point.analyses);
         let (Some(near), Some(to)) = (&link.near, verdict(&result.outcome)) else {
             return Ok(None);
         };

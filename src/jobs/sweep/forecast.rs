@@ -7,6 +7,7 @@
 //! time for every change of motion between neighbours of the sample. Trials do not include it: most points
 //! have no change, so a few points would be a poor estimate of the number.
 
+use super::chain::halvings;
 use super::chain_tasks::ChainSelection;
 use super::estimate::{Interval, PointTime, Workload, drawn};
 use super::layout::layout;
@@ -299,11 +300,7 @@ impl Calibration<'_> {
         let between = |pair: &[TriedPoint]| {
             let [a, b] = [&pair[0], &pair[1]];
             let variant = job.points.variant_near(b.id);
-            let halvings = variant
-                .analyses
-                .poincare
-                .as_ref()
-                .map_or(0, |config| config.refine);
+            let halvings = halvings(&variant.analyses);
             let (Some(from), Some(to)) = (a.motion, b.motion) else {
                 return 0.0;
             };

@@ -83,21 +83,11 @@ pub fn loaded_further_meshes(
     })
 }
 
-/// Mean stiffness over the mesh cycle \[N/m\] of the first mesh.
+/// The cycle of the first mesh under the mean load, before the shafts tilt.
 ///
 /// # Errors
 /// As [`loaded_mesh`].
-pub(super) fn mean_stiffness(
-    point: &PointSpec,
-    spec: &MeshTableSpec,
-    structure: &ModalStructure,
-    meshes: &MeshTables,
-) -> Result<f64, MeshError> {
-    Ok(first_cycle(point, spec, Some(structure), meshes)?.mean_stiffness())
-}
-
-/// The cycle of the first mesh under the mean load, before the shafts tilt.
-fn first_cycle(
+pub(super) fn first_cycle(
     point: &PointSpec,
     spec: &MeshTableSpec,
     structure: Option<&ModalStructure>,

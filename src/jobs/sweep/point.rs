@@ -59,7 +59,7 @@ pub(super) enum Step {
 }
 
 /// Processor time of each [`Step`] \[s\]: of this thread, or of all threads if they share the point.
-pub(super) type Times = [f64; 6];
+pub(super) type Times = [f64; Step::Covariant as usize + 1];
 
 /// Measures the times of steps.
 struct StepTimer {

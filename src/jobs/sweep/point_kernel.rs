@@ -147,6 +147,9 @@ impl KernelTally {
     pub(super) fn records(&self, job: &Job, parts: &Prepared) -> Vec<KernelRecord> {
         let record = |(kernel, &(points, first)): (&String, &(u64, u64))| {
             let point = job.points.at(first as usize);
+            if let KernelSetting::Named(_) = point.run.kernel {
+                return None;
+            }
             let point_kernel = PointKernel::of(&point, &parts.model(&point).ok()?, parts).ok()?;
             let point_kernel = if point_kernel.choice.name() == kernel {
                 point_kernel
@@ -161,5 +164,58 @@ impl KernelTally {
             })
         };
         self.0.iter().filter_map(record).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::manifest;
+    use crate::model::Release;
+    use crate::propagate::Kernel;
+    use crate::store::TableStore;
+    use std::cell::RefCell;
+    use std::path::Path;
+
+    struct Nothing;
+
+    impl KernelUse for Nothing {
+        type Output = ();
+
+        fn with<K: Kernel + Sync>(self, _: &K) {}
+    }
+
+    /// Without a table, the other kernel repeats the work if the program may choose. A named kernel reports the error.
+    #[test]
+    fn another_kernel_repeats_what_has_no_table() {
+        let text = include_str!("../../../tests/data/oscillator.toml");
+        let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/data");
+        let job = manifest::parse(text, "m.toml", &data).unwrap();
+        let parts = Prepared::new(TableStore::in_memory());
+        let mut model = parts.model(&job.points.at(0)).unwrap();
+        // Tables cannot represent such contacts.
+        for contact in &mut model.contacts {
+            contact.release = Release::Force;
+        }
+        let tried = |setting| {
+            let kernel = PointKernel {
+                choice: KernelChoice::ClosedModes,
+                why: Some(Why::Met { modes: 1, sets: 2 }),
+                setting,
+                systems: None,
+                event_limit: 100,
+            };
+            let names = RefCell::new(Vec::new());
+            let user = |kernel: &PointKernel| {
+                names.borrow_mut().push(kernel.choice.name());
+                Nothing
+            };
+            let done = kernel.apply(&model, &parts, user);
+            (done.is_ok(), names.into_inner())
+        };
+        let both = vec!["closed_modes", "volterra"];
+        assert_eq!(tried(KernelSetting::Auto), (true, both));
+        let named = KernelSetting::Named(KernelChoice::ClosedModes);
+        assert_eq!(tried(named), (false, vec!["closed_modes"]));
     }
 }

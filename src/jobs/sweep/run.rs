@@ -141,7 +141,7 @@ impl Sweep<'_> {
             asked: &asked,
             obtained: &workers.obtained,
         });
-        self.prepare(&resumed, &workers.pool, watcher);
+        let shown = self.prepare(&resumed, &workers.pool, watcher);
 
         let copies = copies(&workers.places);
         let rooms = topology.map_or_else(Vec::new, |topology| topology.rooms(&copies));
@@ -195,8 +195,13 @@ impl Sweep<'_> {
                 .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
             Ok::<_, SweepError>(recorded)
         });
-        for warning in parts.kernels().warnings() {
-            watcher.warning(&warning);
+        // Tables of meshes may be made after the preparation: for later points of a chain or later rounds.
+        for warning in parts
+            .warnings()
+            .iter()
+            .filter(|&warning| !shown.contains(warning))
+        {
+            watcher.warning(warning);
         }
         let recorded = ended?;
         let placement = PlacementRecord {
@@ -259,13 +264,13 @@ impl Sweep<'_> {
         })
     }
 
-    /// Prepares structures and mesh tables of the remaining points.
+    /// Prepares structures and mesh tables of the remaining points. Returns the warnings, which it passes to `watcher`.
     fn prepare(
         &self,
         resumed: &ResumedSweep,
         pool: &rayon::ThreadPool,
         watcher: &mut dyn ProgressObserver,
-    ) {
+    ) -> Vec<String> {
         let length = self.job.chain_length();
         // The writer cannot be shared with the workers.
         let ResumedSweep {
@@ -283,9 +288,11 @@ impl Sweep<'_> {
         pool.install(|| {
             (self.parts).prepare(self.job, firsts, self.interrupt, &mut prepared);
         });
-        for warning in self.parts.meshes().warnings() {
-            watcher.warning(&warning);
+        let warnings = self.parts.meshes().warnings();
+        for warning in &warnings {
+            watcher.warning(warning);
         }
+        warnings
     }
 }
 

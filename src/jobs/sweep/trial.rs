@@ -13,7 +13,7 @@ use super::parts::Prepared;
 use super::point::{PointResult, Step, Worker, compute_point, row};
 use super::queue::work;
 use crate::analysis::{Analyses, Class, Interrupted, MultistabilityOutcome};
-use crate::analysis::{ExpectedCycles, MultistabilityConfig};
+use crate::analysis::{ExpectedCycles, LyapunovConfig, MultistabilityConfig};
 use crate::manifest::{Direction, Job, PointSpec};
 use crate::store::{ChainEnd, ChainPart, PointRow};
 use crate::topology::ProcessorClock;
@@ -153,29 +153,28 @@ fn cycle_time(
     let Some(end) = end else {
         return Ok(0.0);
     };
-    let mut onward = integrated_only(point.clone());
+    let mut onward = point.clone();
     let run = Arc::make_mut(&mut onward.run);
     (run.transient, run.cycles, run.settle) = (0, TIMED, false);
-    let analyses = Arc::make_mut(&mut onward.analyses);
-    if let Some(lyapunov) = &mut analyses.lyapunov {
-        lyapunov.align = 0;
-    }
+    // The cycles of an audit, of a twin and of other analyses do not grow with those of the point.
+    run.audit_cycles = 0;
+    let analyses = &point.analyses;
+    onward.analyses = Arc::new(Analyses {
+        lyapunov: analyses.lyapunov.map(|config| LyapunovConfig {
+            align: 0,
+            twin: false,
+            ..config
+        }),
+        poincare: analyses.poincare.clone(),
+        nvh: analyses.nvh,
+        ..Analyses::default()
+    });
     let start = CarriedState {
         end,
         displacement: 0.0,
     };
     let result = compute_point(&onward, Some(start), parts, None, over)?;
     Ok(result.times[Step::Integration as usize] / result.outcome.cycles.max(1) as f64)
-}
-
-/// The point without other analyses. It has no twin and no audit either, because their cycles do not grow with those of
-/// the point.
-fn integrated_only(point: PointSpec) -> PointSpec {
-    let observed = Arc::clone(&point.analyses);
-    let mut onward = motion_only(point);
-    let analyses = Arc::make_mut(&mut onward.analyses);
-    (analyses.poincare, analyses.nvh) = (observed.poincare.clone(), observed.nvh);
-    onward
 }
 
 /// The point with fewer cycles and reduced analyses.

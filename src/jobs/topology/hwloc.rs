@@ -68,13 +68,18 @@ fn describe(hwloc: Hwloc) -> Topology {
     }
 }
 
+fn refused(detail: impl ToString) -> BindingError {
+    BindingError::Refused {
+        detail: detail.to_string(),
+    }
+}
+
 impl System for Hwloc {
     fn is_this_machine(&self) -> bool {
         self.is_this_system()
     }
 
     fn bind_thread(&self, threads: &[u32]) -> Result<(), BindingError> {
-        let refused = |detail: String| BindingError::Refused { detail };
         let mut set = CpuSet::new();
         for unit in self.objects_with_type(ObjectType::PU) {
             let known = unit.os_index().and_then(|index| u32::try_from(index).ok());
@@ -85,21 +90,15 @@ impl System for Hwloc {
             }
         }
         self.bind_cpu(&set, CpuBindingFlags::THREAD)
-            .map_err(|error| refused(error.to_string()))?;
-        let bound = self
-            .cpu_binding(CpuBindingFlags::THREAD)
-            .map_err(|error| refused(error.to_string()))?;
+            .map_err(refused)?;
+        let bound = self.cpu_binding(CpuBindingFlags::THREAD).map_err(refused)?;
         if bound == set { Ok(()) } else { Err(BindingError::NotKept) }
     }
 
     fn bind_memory(&self, node: u32) -> Result<(), BindingError> {
-        let index = NodeIndex::try_from(node as usize).map_err(|_| BindingError::NotKept)?;
+        let index = NodeIndex::try_from(node as usize).map_err(|_| refused("no such node"))?;
         let (policy, flags) = (MemoryBindingPolicy::Bind, MemoryBindingFlags::THREAD);
-        Hwloc::bind_memory(self, &NodeSet::from(index), policy, flags).map_err(|error| {
-            BindingError::Refused {
-                detail: error.to_string(),
-            }
-        })
+        Hwloc::bind_memory(self, &NodeSet::from(index), policy, flags).map_err(refused)
     }
 
     fn last_thread(&self) -> Option<u32> {

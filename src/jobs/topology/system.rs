@@ -32,7 +32,7 @@ pub enum BindingError {
     #[error("the topology describes another machine")]
     Elsewhere,
     /// The system refuses to bind.
-    #[error("the system does not bind threads: {detail}")]
+    #[error("the system refuses to bind: {detail}")]
     Refused {
         /// The system's message.
         detail: String,

@@ -343,7 +343,9 @@ fn split_number(text: &str) -> Option<(&str, &str)> {
         let sign = usize::from(matches!(bytes.get(end + 1), Some(b'+' | b'-')));
         let exponent_start = end + 1 + sign;
         let exponent_end = digits(exponent_start.min(bytes.len()));
-        if exponent_end > exponent_start {
+        // Underscores alone are no exponent.
+        let exponent = bytes.get(exponent_start..exponent_end);
+        if exponent.is_some_and(|exponent| exponent.iter().any(u8::is_ascii_digit)) {
             end = exponent_end;
         }
     }
@@ -354,9 +356,13 @@ fn split_number(text: &str) -> Option<(&str, &str)> {
 fn scaled(number: &str, ten: i32) -> Option<f64> {
     let number = number.replace('_', "");
     let (mantissa, exponent) = match number.split_once(['e', 'E']) {
-        Some((mantissa, exponent)) => (mantissa, exponent.parse::<i32>().ok()?),
+        Some((mantissa, exponent)) => {
+            // The largest and the smallest exponent give infinity and 0, as any beyond them does.
+            let limit = if exponent.starts_with('-') { i32::MIN } else { i32::MAX };
+            (mantissa, exponent.parse().unwrap_or(limit))
+        }
         None => (number.as_str(), 0),
     };
-    let exponent = exponent.checked_add(ten)?;
+    let exponent = exponent.saturating_add(ten);
     format!("{mantissa}e{exponent}").parse().ok()
 }

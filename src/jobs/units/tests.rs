@@ -116,6 +116,21 @@ fn texts_that_are_no_quantity_are_told_apart() {
     );
 }
 
+#[test]
+fn a_number_too_small_is_zero_and_an_exponent_has_digits() {
+    for exponent in ["-400", "-99999999999", "-2147483648"] {
+        let text = format!("1e{exponent} um");
+        assert_eq!(parse(&text, Dimension::Length), Ok(0.0), "{text}");
+    }
+    for unit in ["e", "e_", "e-_"] {
+        let error = parse(&format!("1{unit} m"), Dimension::Length).unwrap_err();
+        assert!(
+            matches!(error, QuantityError::UnknownUnit { .. }),
+            "{error}"
+        );
+    }
+}
+
 /// Exponents that would overflow are refused, both single and summed.
 #[test]
 fn powers_without_bound_are_no_unit() {

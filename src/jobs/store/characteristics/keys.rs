@@ -2,8 +2,8 @@
 
 use super::measurement::{Key, Measurement};
 use crate::store::table::{Column, columns};
+use crate::units::plural;
 use serde::{Deserialize, Serialize};
-use std::fmt;
 
 /// Reading a buffer with a stride, one thread.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -60,7 +60,7 @@ impl Key for BandwidthKey {
             (Some(cpu), Some(memory)) => format!(", node {cpu} from node {memory}"),
             _ => String::new(),
         };
-        let threads = Threads(self.threads);
+        let threads = plural(self.threads as usize, "thread");
         format!("{}, {}, {threads}{nodes}", self.kernel, self.placement)
     }
 
@@ -131,7 +131,7 @@ impl Key for ArithmeticKey {
     const MEASURED: [&'static str; 3] = ["rate", "1/s", "operations per second"];
 
     fn words(&self) -> String {
-        format!("{}, {}", self.isa, Threads(self.threads))
+        format!("{}, {}", self.isa, plural(self.threads as usize, "thread"))
     }
 
     fn columns() -> Vec<Column<Measurement<Self>>> {
@@ -167,7 +167,7 @@ impl Key for SolverKey {
     const MEASURED: [&'static str; 3] = ["rate", "1/s", "mesh cycles per second, all threads"];
 
     fn words(&self) -> String {
-        let threads = Threads(self.threads);
+        let threads = plural(self.threads as usize, "thread");
         let (kernel, modes, tables, points) = (&self.kernel, self.modes, &self.tables, self.points);
         format!("{kernel}, {modes} modes, {points} points, tables {tables}, {threads}")
     }
@@ -182,14 +182,5 @@ impl Key for SolverKey {
             u64 "table_bytes", "B", row.key.table_bytes, "Size of one table";
             f64 "efficiency", "1", row.key.efficiency, "Rate divided by the rate of one thread and by the number of threads";
         ]
-    }
-}
-
-/// `1 thread`, `4 threads`.
-struct Threads(u64);
-
-impl fmt::Display for Threads {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} thread{}", self.0, if self.0 == 1 { "" } else { "s" })
     }
 }

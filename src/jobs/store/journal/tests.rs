@@ -286,6 +286,28 @@ fn a_flipped_bit_ends_the_journal_before_its_record() {
     }
 }
 
+/// A damaged header before points is refused; the file stays as it is. Without points, the journal starts anew.
+#[test]
+fn a_damaged_header_costs_no_point() {
+    let folder = tempfile::tempdir().unwrap();
+    let (bytes, ends) = three_points(folder.path());
+    let path = journal_path(folder.path(), None);
+    for at in MAGIC.len()..ends[0] {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 1 << (at % 8);
+        fs::write(&path, &damaged).unwrap();
+        let error = Journal::open(folder.path(), HASH, None, false).unwrap_err();
+        assert!(
+            matches!(error, StoreError::ForeignJournal { .. }),
+            "{error}"
+        );
+        assert_eq!(fs::read(&path).unwrap(), damaged, "byte {at}");
+        fs::write(&path, &damaged[..ends[0]]).unwrap();
+        assert_eq!(ids(&mut open(folder.path())), [0; 0]);
+        assert_eq!(fs::read(&path).unwrap(), bytes[..ends[0]]);
+    }
+}
+
 #[test]
 fn another_job_shard_or_program_is_refused_and_kept() {
     let folder = tempfile::tempdir().unwrap();
