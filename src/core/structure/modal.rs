@@ -532,6 +532,9 @@ impl ModalStructure {
 
     /// [`Self::tilt_residuals`] after the modes from `retained` on are omitted.
     fn tilt_residuals_without(&self, retained: usize) -> Vec<[f64; 2]> {
+        if retained == self.modes() {
+            return self.tilt_residuals.clone();
+        }
         (self.tilt_columns().enumerate())
             .map(|(flank, [mesh, tilt])| {
                 let known = self.tilt_residuals.get(flank).copied().unwrap_or_default();

@@ -54,12 +54,11 @@ impl Kind {
     /// The bifurcation of codimension two between two points of a curve, if any.
     pub fn codimension_two(&self, a: &Orbit, b: &Orbit) -> Option<&'static str> {
         let radius = 1.0 + 1e-6;
+        // Round-off puts the critical multiplier on either side of the circle.
         let outside = |orbit: &Orbit| {
-            orbit
-                .multipliers
-                .iter()
-                .filter(|m| m.norm() > radius)
-                .count()
+            let critical = critical(self, orbit);
+            let is_outside = |m: &&Complex64| m.norm() > radius && Some(**m) != critical;
+            orbit.multipliers.iter().filter(is_outside).count()
         };
         // Two real multipliers outside the circle that become a pair are no bifurcation.
         let pair_crosses = pairs_outside(a, radius) != pairs_outside(b, radius)

@@ -146,8 +146,9 @@ impl<K: Kernel> PointRun<'_, K> {
             }
             let orbit_expected =
                 (steady.as_ref()).is_some_and(|s| s.stayed_in_contact() && s.attracts());
+            let enough = FIRST_SEARCH.max(1 + u64::from(recurrence.excitation().unwrap_or(0)));
             let has_record =
-                self.trajectory.cycle == recorded && recurrence.count() as u64 >= FIRST_SEARCH;
+                self.trajectory.cycle == recorded && recurrence.count() as u64 >= enough;
             let due =
                 has_record && (searches.as_mut()).is_some_and(|s| s.due(self.counters.cycles));
             if due && !orbit_expected {

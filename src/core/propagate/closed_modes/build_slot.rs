@@ -50,13 +50,15 @@ impl<'m> ClosedModes<'m> {
         let bytes = reached_sets::bytes(self.model.modes());
         self.check_room(self.used_bytes.load(Ordering::Relaxed) + bytes)?;
         let slot = self.build_slot(set)?;
-        let Some((slot, is_first)) = self.slots.put(set, slot) else {
-            unreachable!("there is room for twice as many as may be reached")
-        };
-        if is_first {
-            self.check_room(self.used_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes)?;
+        match self.slots.put(set, slot) {
+            Some((slot, false)) => Ok(slot),
+            Some((slot, true)) => {
+                self.check_room(self.used_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes)?;
+                Ok(slot)
+            }
+            // Other threads have filled the table since the first check.
+            None => Err(self.too_large(self.used_bytes.load(Ordering::Relaxed) + bytes)),
         }
-        Ok(slot)
     }
 
     /// Builds the slot of a system.
@@ -83,16 +85,16 @@ impl<'m> ClosedModes<'m> {
 
     /// Refuses more bytes than the limit for the systems that motions of this kernel reach.
     fn check_room(&self, used_bytes: usize) -> Result<(), TableError> {
-        if used_bytes <= MOST_BYTES {
-            Ok(())
-        } else {
-            Err(TableError::TooLarge {
-                size: TableSize {
-                    systems: self.slots.count(),
-                    bytes: used_bytes,
-                },
-                most: MOST_BYTES,
-            })
+        if used_bytes <= MOST_BYTES { Ok(()) } else { Err(self.too_large(used_bytes)) }
+    }
+
+    fn too_large(&self, bytes: usize) -> TableError {
+        TableError::TooLarge {
+            size: TableSize {
+                systems: self.slots.count(),
+                bytes,
+            },
+            most: MOST_BYTES,
         }
     }
 

@@ -143,7 +143,7 @@ impl VaryingSpeed {
                     if workspace.end - motion.phase <= ROUNDING {
                         let standing = motion.standing;
                         self.pass_end(motion, workspace, counters);
-                        motion.standing = standing;
+                        motion.standing = self.standing_after_jumps(motion, standing);
                         phase = Sum::of(motion.phase);
                     }
                 }
@@ -325,6 +325,19 @@ impl VaryingSpeed {
         // more.
         motion.standing = [ActiveSet::FREE; 2];
         self.set_segments(motion, workspace);
+    }
+
+    /// The contacts that remain exactly on their surface at a phase where the gap or the line of others jumps.
+    fn standing_after_jumps(
+        &self,
+        motion: &Motion,
+        mut standing: [ActiveSet; 2],
+    ) -> [ActiveSet; 2] {
+        for contact in self.model.turning(motion.cycle, motion.phase) {
+            let jumping = ActiveSet::FREE.toggled(contact);
+            standing = standing.map(|set| set.without(jumping));
+        }
+        standing
     }
 
     /// Sets the segments at the phase of a motion.
