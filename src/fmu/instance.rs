@@ -248,7 +248,9 @@ impl Instance {
         }
         let last_end = self.live.time;
         // This form of the condition also refuses a NaN.
-        let tolerance = (SAME_TIME * length.max(time.abs())).min(PART_OF_STEP * length);
+        let rounding = 4.0 * f64::EPSILON * time.abs();
+        let tolerance =
+            (SAME_TIME * length.max(time.abs())).min((PART_OF_STEP * length).max(rounding));
         let same = (time - last_end).abs() <= tolerance;
         if !same {
             return Err(Refusal::error(format!(

@@ -335,6 +335,13 @@ impl TrainDrive {
         self.free_of_contacts(&self.connected()).len()
     }
 
+    /// The drags on shafts and loose gears.
+    pub fn drags(&self) -> impl Iterator<Item = Drag> {
+        let loose = self.loose_gears();
+        let loose = loose.filter_map(|place| Some(self.gear(place).loose?.drag));
+        self.shafts.iter().map(|shaft| shaft.drag).chain(loose)
+    }
+
     /// Number of rotations without contact deflection that drag damps, against the ground or between a loose gear and
     /// its shaft.
     ///

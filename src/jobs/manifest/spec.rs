@@ -218,6 +218,20 @@ impl StructureSource {
         }
     }
 
+    /// The sum of the drags on all shafts and loose gears; zero for a modal file.
+    pub fn drag(&self) -> Drag {
+        let drags: Vec<Drag> = match self {
+            Self::Rigid(drive) => drive.shafts.iter().map(|shaft| shaft.drag).collect(),
+            Self::Flexible(drive) => drive.shafts.iter().map(|shaft| shaft.drag).collect(),
+            Self::Train(train) => train.drags().collect(),
+            Self::Modal(_) => Vec::new(),
+        };
+        Drag {
+            viscous: drags.iter().map(|drag| drag.viscous).sum(),
+            constant: drags.iter().map(|drag| drag.constant).sum(),
+        }
+    }
+
     /// Number of dry sliders.
     pub fn sliders(&self) -> usize {
         match self {

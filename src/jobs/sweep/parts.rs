@@ -12,7 +12,7 @@ use crate::gear::MeshTableSpec;
 use crate::manifest::{Job, ModelSpec, PointSpec, StiffnessSpec, StructureSource, Variant};
 use crate::model::Model;
 use crate::propagate::{KernelChoice, KernelSetting};
-use crate::shaft::ShaftError;
+use crate::shaft::{Drag, ShaftError};
 use crate::store::{MeshUnderLoad, TableStore};
 use crate::structure::ModalStructure;
 use crate::topology::{CopyRoom, Topology};
@@ -40,7 +40,11 @@ fn needed_meshes(
         let numbers = [point.load, point.mesh.misalignment].map(f64::to_bits);
         // With shafts that tilt, the table also depends on the structure.
         let tilt = (spec.shaft_tilt).then(|| format!("{:?}", point.model));
-        let key = (Arc::as_ptr(&spec), numbers, tilt);
+        // Drag changes the mean force.
+        let drag = point.model.source.drag();
+        let dragged = (drag != Drag::default()).then(|| Place::of(&point.model));
+        let speed = (drag.viscous > 0.0).then(|| point.speed.to_bits());
+        let key = (Arc::as_ptr(&spec), numbers, tilt, dragged, speed);
         let new = spec_of.insert(key, spec.clone()).is_none();
         new.then_some((point, spec))
     })
@@ -284,6 +288,21 @@ mod tests {
     use super::*;
     use crate::manifest;
     use std::path::Path;
+
+    /// 8 loads × 10 speeds: one table per load, and one per point if a viscous drag adds to the mean force.
+    #[test]
+    fn tables_differ_where_mean_forces_differ() {
+        let count = |drag: &str| {
+            let text = include_str!("../../../manifests/flex80-table.toml");
+            let wheel = format!("[shafts.wheel]\n{drag}\n");
+            let text = text.replace("[shafts.wheel]\n", &wheel);
+            let job = manifest::parse(&text, "m.toml", Path::new("")).unwrap();
+            needed_tables(&job, 0..job.points.len())
+        };
+        assert_eq!(count(""), 8);
+        assert_eq!(count("drag_torque = \"1 N*m\""), 8);
+        assert_eq!(count("drag = \"3e-3 N*m*s/rad\""), 80);
+    }
 
     #[test]
     fn workers_of_a_node_share_a_copy_that_is_equal() {

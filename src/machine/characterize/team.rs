@@ -108,6 +108,9 @@ pub fn work<S, R: Send>(
         };
         let mut times = vec![Vec::new(); tasks];
         for (task, times) in times.iter_mut().enumerate() {
+            if barrier.is_open() {
+                break;
+            }
             warm(&mut state, task);
             barrier.wait();
             let begun = Instant::now();
@@ -123,7 +126,7 @@ pub fn work<S, R: Send>(
                     on.store(!enough && times.len() < pace.most, Ordering::SeqCst);
                 }
                 barrier.wait();
-                if !on.load(Ordering::SeqCst) {
+                if !on.load(Ordering::SeqCst) || barrier.is_open() {
                     break;
                 }
             }
@@ -225,6 +228,11 @@ impl Drop for ReleaseAfterPanic<'_> {
 pub const SPINS: usize = 20_000;
 
 impl SpinBarrier {
+    /// Whether a member has panicked.
+    fn is_open(&self) -> bool {
+        self.open.load(Ordering::SeqCst)
+    }
+
     fn new(members: usize) -> Self {
         Self {
             members,
