@@ -588,9 +588,10 @@ fn inclined_flanks_rub_less_by_their_curvature() {
     close(of(&gears), of(&section) * ratio, 1e-12);
 }
 
-/// The force of the flanks is normal to the lines of contact in the plane of action.
+/// A force normal to the lines of contact in the plane of action has an axial part of tan β times the tangential
+/// part.
 #[test]
-fn the_axial_force_is_the_tangential_force_times_tan_beta() {
+fn the_base_helix_angle_fits_the_helix_angle() {
     for degrees in [-20.0, 0.0, 12.0, 30.0] {
         let gears = pair(degrees);
         let (axial, along) = gears.base_helix_angle().sin_cos();

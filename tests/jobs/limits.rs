@@ -29,6 +29,12 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
     let swept = OSCILLATOR.replace("count = 3", "count = 12");
     let place = Place::new(&swept);
     fs::set_permissions(place.0.path(), Permissions::from_mode(0o777)).unwrap();
+    // Only the second mesh is computed from its drawing.
+    let levels = r#"levels = ["5e8 N/m", "5e8 N/m", "5e8 N/m", "3.8e8 N/m", "3.8e8 N/m"]"#;
+    let two_stage = include_str!("../../manifests/trains/two-stage.toml");
+    assert!(two_stage.contains(levels));
+    let drawn = two_stage.replace(levels, r#"law = "continuous""#);
+    fs::write(place.path("drawn.toml"), drawn).unwrap();
     for (command, remedy) in [
         ("run m.toml --threads 4 --out few --overwrite", "--threads"),
         ("plan m.toml --threads 4", "--threads"),
@@ -37,6 +43,7 @@ fn threads_that_cannot_be_had_are_said_in_one_line() {
             "ulimit -u",
         ),
         ("export few --overwrite", "ulimit -u"),
+        ("check drawn.toml", "ulimit -u"),
     ] {
         let output = place.shell(&format!("set -- {command}\n{FEW_THREADS}"));
         if status(&output) == 99 {

@@ -48,7 +48,8 @@ pub mod verify;
 mod words;
 
 use crate::input::{printable, printable_but_colours, with_causes};
-use crate::manifest::{Job, StiffnessSpec, Variant};
+use crate::manifest::{Job, StiffnessSpec, StructureSource, Variant};
+use crate::shaft::MeshLaw;
 use crate::sweep::silence_reported_panics;
 use clap::{CommandFactory, Parser, Subcommand};
 use serde::Serialize;
@@ -225,7 +226,16 @@ fn start_threads(count: Option<usize>) -> Result<(), ExitCode> {
 
 /// As [`start_threads`], if points of a job have mesh tables, whose computation uses these threads.
 fn start_threads_for_tables(job: &Job) -> Result<(), ExitCode> {
-    let tabled = |variant: &Variant| matches!(variant.mesh.stiffness, StiffnessSpec::Table(_));
+    let tabled = |variant: &Variant| {
+        let further = match &variant.model.source {
+            StructureSource::Train(train) => &train.meshes[..],
+            _ => &[],
+        };
+        matches!(variant.mesh.stiffness, StiffnessSpec::Table(_))
+            || further
+                .iter()
+                .any(|mesh| matches!(mesh.law, MeshLaw::Drawn(_)))
+    };
     if job.points.variants().iter().any(tabled) {
         start_threads(None)
     } else {

@@ -202,6 +202,12 @@ impl Scale {
             let si = if reference.is_some() { "dB" } else { si };
             *end = Some(amount.si(si).ok_or_else(|| unfit("--range", amount))?);
         }
+        // Ends of which only one has a unit could not be compared before.
+        if let ([Some(low), Some(high)], Some([given, _])) = (range, &display.range)
+            && low >= high
+        {
+            return Err(unfit("--range", given));
+        }
         Ok(Self {
             name: name.to_owned(),
             si: si.to_owned(),
@@ -357,6 +363,15 @@ mod tests {
         assert!(range("0", "20 um").is_some() && range("10 um", "0.02 mm").is_some());
         assert!(range("20 um", "0.01 mm").is_none() && range("2", "1").is_none());
         // For a length, 0.01 is 10 mm.
-        assert!(range("2000 um", "0.01").is_some());
+        let scale = |low: &str, high: &str| {
+            let range = range(low, high);
+            let display = Display {
+                range,
+                ..Display::default()
+            };
+            Scale::new("deflection_rms", "m", &display)
+        };
+        assert!(scale("2000 um", "0.01").is_ok());
+        assert!(scale("2000 um", "0.001").is_err());
     }
 }

@@ -19,7 +19,7 @@ const CONVERGED: f64 = 1e-14;
 const MOST_STEPS: usize = 400;
 
 impl Modes {
-    /// These modes followed by one static shape per load, with squared frequency 1: the deflection under the
+    /// These modes followed by one static shape per load (none if all loads are zero), with squared frequency 1: the deflection under the
     /// load outside these modes, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. The value of
     /// a sum of freedoms in the shape is the residual flexibility between this sum and the load.
     ///
@@ -36,7 +36,7 @@ impl Modes {
     ) -> Result<Self, ShaftError> {
         let (size, modes) = (mass.nrows(), self.shape.ncols());
         // All modes together contain the whole deflection.
-        if modes == size || loads.is_empty() {
+        if modes == size || loads.iter().flatten().all(|&force| force == 0.0) {
             return Ok(self.clone());
         }
         let band = Banded::width(&[mass, stiffness]);

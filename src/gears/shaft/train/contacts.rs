@@ -167,8 +167,9 @@ impl TrainDrive {
 /// `structure` have the deflections under the tilt loads from `first` on.
 pub(super) fn tilt_residuals(structure: &ModalStructure, first: usize) -> Vec<[f64; 2]> {
     (structure.tilt_columns().enumerate())
-        .map(|(flank, columns)| {
-            columns.map(|column| column.get(first + flank).copied().unwrap_or(0.0))
+        .map(|(flank, [mesh, tilt])| {
+            let under_load = |column: &[f64]| column.get(first + flank).copied().unwrap_or(0.0);
+            if tilt.is_empty() { [0.0; 2] } else { [mesh, tilt].map(under_load) }
         })
         .collect()
 }
