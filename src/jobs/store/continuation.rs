@@ -290,7 +290,7 @@ pub fn bifurcations_table(axes: &[AxisColumn]) -> Table<BifurcationRow> {
         text "kind", "", Some(&*row.kind),
             "fold, branch_point, period_doubling, torus, graze, jump (of multipliers across the unit \
              circle, at a graze), sequence (the contact sequence changes without a graze), merging (with \
-             orbits of a fraction of the period), or end of the branch";
+             orbits of half the period), or end of the branch";
     ];
     all.extend(axis_columns(axes, |row: &BifurcationRow, index| {
         row.axis_values.get(index).copied()

@@ -96,7 +96,7 @@ pub fn spectrogram_table() -> Table<SignalRow<SpectrumRow>> {
         text "unit", "", &*row.signal[1], UNIT;
         f64 "frequency_step", "Hz", row.value.step, "Distance between lines; the first is at frequency 0";
         list "amplitudes", AMPLITUDE_UNITS, &*row.value.amplitudes,
-            "Peak value of the sine that would give each line, under a Hann window";
+            "Peak value of the sine that would give each line, under a Hann window; first, the magnitude of the mean, which the other lines omit";
     ])
 }
 

@@ -20,7 +20,8 @@ pub struct SpectrumRow {
     pub signal: usize,
     /// Distance of lines \[Hz\].
     pub step: f64,
-    /// Amplitude (peak value) of each line, from frequency 0 on.
+    /// Amplitude (peak value) of each line, from frequency 0 on; at 0, the magnitude of the mean. The other lines omit
+    /// the mean.
     pub amplitudes: Vec<f64>,
 }
 
@@ -39,29 +40,24 @@ pub(super) fn spectra(config: &RunUpConfig, instants: &Instants) -> Vec<Spectrum
         let time = (from as f64 + 0.5 * length as f64) / instants.rate;
         for (signal, values) in instants.values.iter().enumerate() {
             let values = &values[from..from + length];
+            // The window would put the mean on line 1, too.
+            let mean = values.iter().sum::<f64>() / length as f64;
             for (input, (value, weight)) in input.iter_mut().zip(values.iter().zip(&window)) {
-                *input = value * weight;
+                *input = (value - mean) * weight;
             }
             // The lengths match the plan.
             if transform.process(&mut input, &mut output).is_err() {
                 return out;
             }
-            let amplitude = |(k, value): (usize, &Complex64)| {
-                // The window halves an amplitude, and a sine is on both sides of 0 Hz.
-                let factor = if k == 0 { 2.0 } else { 4.0 };
-                factor * value.norm() / length as f64
-            };
+            // The window halves an amplitude, and a sine is on both sides of 0 Hz.
+            let amplitude = |value: &Complex64| 4.0 * value.norm() / length as f64;
+            let amplitudes = output.iter().take(lines).skip(1).map(amplitude);
             out.push(SpectrumRow {
                 time,
                 speed: config.speed_at(time),
                 signal,
                 step,
-                amplitudes: output
-                    .iter()
-                    .take(lines)
-                    .enumerate()
-                    .map(amplitude)
-                    .collect(),
+                amplitudes: std::iter::once(mean.abs()).chain(amplitudes).collect(),
             });
         }
     }
@@ -77,7 +73,7 @@ mod tests {
     use std::f64::consts::TAU;
 
     /// A sine at the frequency of a line has its amplitude on this line, half of it on both neighbouring lines, and
-    /// zero on all others.
+    /// zero on all others. The mean is on line 0 only.
     #[test]
     fn a_sine_has_its_amplitude() {
         let config = RunUpConfig {
@@ -99,7 +95,7 @@ mod tests {
         assert_eq!((found.len(), found[0].step), (39, 10.0));
         assert!((found[0].time - 0.05).abs() < 1e-15 && (found[0].speed - 10.5).abs() < 1e-12);
         for (line, amplitude) in found[7].amplitudes.iter().enumerate() {
-            let exact = [(0, 0.5), (1, 0.5), (4, 1.5), (5, 3.0), (6, 1.5)];
+            let exact = [(0, 0.5), (4, 1.5), (5, 3.0), (6, 1.5)];
             let exact = exact
                 .iter()
                 .find(|(own, _)| *own == line)

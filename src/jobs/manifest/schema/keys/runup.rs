@@ -39,8 +39,8 @@ pub(super) const KEYS: &[Key] = &[
     integer("runup.sample_rate", 100.0, 1e6, "25600").or("48000")
         .about("Samples per second of recorded signals."),
     integer("runup.revolutions", 1.0, 10_000.0, "8").or("4")
-        .about("Revolutions of the pinion over which orders and levels are computed. These stretches overlap by half and carry a \
-                Hann window."),
+        .about("Revolutions of the pinion over which orders and levels are computed. These stretches overlap by half. \
+                Orders have a Hann window."),
     key("runup.orders", Kind::List("orders"), ANY, "[1, 20, 40]").otherwise("mesh orders 1 to 5")
         .about("Orders of the pinion's rotation for order tracks; the number of its teeth is mesh order 1."),
     quantity("runup.orders.*", Ratio, bounds(0.0, false, 1e4, false), "20"),
