@@ -11,7 +11,7 @@ use std::process::ExitCode;
 /// Arguments of `atlas export`.
 #[derive(Debug, Args)]
 pub struct ExportArgs {
-    /// Folder that `atlas run`, `atlas follow` or `atlas trace` wrote, such as results/flex80.
+    /// Folder that `atlas run`, `runup`, `follow` or `trace` wrote, such as results/flex80.
     pub folder: PathBuf,
     /// Write files of this format. `python -m gearatlas.export` writes NumPy, MATLAB and Excel files.
     #[arg(long, value_enum, default_value_t = Format::Csv)]

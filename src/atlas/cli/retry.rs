@@ -158,9 +158,13 @@ impl Retry<'_> {
         };
         let finished = sweep.run(&mut journal, voice)?;
         if finished.recorded.written.missing > 0 {
-            let status = if finished.recorded.gave_up { FAILED_POINTS } else { INTERRUPTED };
+            let (status, why) = if finished.recorded.gave_up {
+                (FAILED_POINTS, "stopped by --max-failures")
+            } else {
+                (INTERRUPTED, "interrupted")
+            };
             let text = format!(
-                "interrupted: {} of {} points are missing, and {} is unchanged; the same command continues\n",
+                "{why}: {} of {} points are missing, and {} is unchanged; the same command continues\n",
                 finished.recorded.written.missing,
                 finished.points,
                 folder.display()

@@ -24,9 +24,8 @@ function startAbout() {
 }
 
 function checksums() {
-  if (HEAD.runs.length === 0) return "There is no run.json, so the completeness of the tables was not checked.";
-  const orbits = TABLES.has("branches") ? " The tables of followed orbits have no record." : "";
-  return `${plural(HEAD.checked, "table")} matched the checksums in run.json when this page was written.${orbits}`;
+  if (HEAD.runs.length === 0) return "There is no run.json, so no table of a run was checked.";
+  return `${plural(HEAD.checked, "table")} matched the checksums in run.json when this page was written.`;
 }
 
 /** SI units of the numbers in a record, by the last word of their names. */
