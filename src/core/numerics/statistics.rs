@@ -32,7 +32,7 @@ const MOST_CORRELATION: f64 = 0.95;
 /// neighbours compensate each other. An example is a mean force, because the momentum balance ties it to the
 /// load. The coarsest level gives too small an error if its blocks are still correlated. It is therefore
 /// multiplied by `√((1 + ρ)/(1 − ρ))` with its lag-one correlation ρ ≥ 0, the factor of an exponentially
-/// decaying correlation. The estimate of ρ is corrected by its bias −1/n. docs/theory.md states the coverage
+/// decaying correlation. The estimate of ρ is corrected by its bias −1/n. docs/theory/exponents.md states the coverage
 /// of intervals.
 pub fn standard_error(values: &[f64]) -> f64 {
     if values.len() < FEWEST_VALUES {

@@ -1,6 +1,6 @@
 //! How many trajectories of a motion that does not settle are measured, and over how many cycles?
 //!
-//! The coverage of error bars was measured with these constants (docs/theory.md). A late first look and few
+//! The coverage of error bars was measured with these constants (docs/theory/exponents.md). A late first look and few
 //! looks matter more than conditions on the record itself. A record that meets such conditions by chance is
 //! probably a record without bursts.
 
