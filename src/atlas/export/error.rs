@@ -12,7 +12,7 @@ pub enum ExportError {
     Store(#[from] StoreError),
     /// The folder has no result table.
     #[error(
-        "no result tables in `{}`; give a folder that `atlas run`, `atlas follow` or `atlas trace` wrote",
+        "no result tables in `{}`; give a folder that `atlas run`, `runup`, `follow` or `trace` wrote",
         folder.display()
     )]
     NoTables {
