@@ -98,7 +98,7 @@ fn what_cannot_be_followed_is_said_with_its_remedy() {
         &follow,
         &[
             "its axis `speed` has one value",
-            "no [continuation] of the manifest has an effect",
+            "or its axis has one value",
         ],
     );
     refused(

@@ -142,7 +142,7 @@ fn mirrored(one: &ResultTable, other: &ResultTable) {
 fn a_coasting_drive_is_the_image_of_its_mirrored_drawing() {
     let mesh = |misalignment: &str| {
         format!(
-            "stiffness = \"table\"\nsegments = 24\nfriction = 0.06\nshaft_tilt = true\nmisalignment = \"{misalignment} mrad\""
+            "stiffness = \"table\"\nsegments = 48\nfriction = 0.06\nshaft_tilt = true\nmisalignment = \"{misalignment} mrad\""
         )
     };
     let (_here, one) = results(&manifest(0, &mesh("0.2"), [-0.6, 0.8]));

@@ -12,6 +12,7 @@ use super::{bearing, flank_springs, one_set, structure_contacts};
 use crate::structure::{
     FlankParticipation, FrictionPart, MOST_BASE_CYCLES, ModalStructure, SliderPart, StopPart,
 };
+use std::borrow::Cow;
 
 /// A rotation about the shafts does not tilt them. A tilt of such a rotation below this fraction of the
 /// largest tilt of any mode is round-off.
@@ -45,6 +46,9 @@ struct Side {
     /// Static force on every bearing per unit force of the flank.
     on_bearings: Vec<[f64; 4]>,
 }
+
+/// Selects divisions from those of all springs of a flank in one mesh cycle.
+type Divisions<'f> = &'f dyn for<'d> Fn(&'d [Vec<Division>]) -> Cow<'d, [Division]>;
 
 impl Assembly<'_> {
     /// Assembles the contacts.
@@ -99,8 +103,7 @@ impl Assembly<'_> {
             }
         };
         // The cycles of a spring or layer on each flank, with the side of the flank.
-        let mut on_flanks = |divisions: &dyn Fn(&[Vec<Division>]) -> Vec<Division>,
-                             damping: f64| {
+        let mut on_flanks = |divisions: Divisions<'_>, damping: f64| {
             let on_drive = self.cycles(&drive_side, divisions, damping, directions);
             let on_coast = match &coast_side {
                 None => on_drive.clone(),
@@ -112,8 +115,8 @@ impl Assembly<'_> {
         for number in 0..=drive.further.len() {
             // The first spring of a flank has the damper of the flank.
             let damping = if number == 0 { drive.damping } else { 0.0 };
-            let spring = |springs: &[Vec<Division>]| springs[number].clone();
-            contacts.extend(on_flanks(&spring, damping).map(|(side, cycles)| Contact {
+            let cycles = on_flanks(&|springs| Cow::from(&springs[number]), damping);
+            contacts.extend(cycles.map(|(side, cycles)| Contact {
                 side,
                 half_gap: drive.half_gap,
                 cycles,
@@ -122,21 +125,19 @@ impl Assembly<'_> {
             }));
         }
         // A layer has the error of the first spring, also at a faulty tooth: it ends where this spring closes.
-        let oil = |springs: &[Vec<Division>]| -> Vec<Division> {
-            let divisions = springs[0].iter();
-            divisions.map(Division::without_spring).collect()
-        };
         for layer in self.film_layers() {
             let [from, to] = layer.distance;
-            contacts.extend(
-                on_flanks(&oil, layer.damping).map(|(side, cycles)| Contact {
-                    side,
-                    half_gap: drive.half_gap - from,
-                    cycles,
-                    release: Release::Film,
-                    band: from - to,
-                }),
+            let cycles = on_flanks(
+                &|springs| springs[0].iter().map(Division::without_spring).collect(),
+                layer.damping,
             );
+            contacts.extend(cycles.map(|(side, cycles)| Contact {
+                side,
+                half_gap: drive.half_gap - from,
+                cycles,
+                release: Release::Film,
+                band: from - to,
+            }));
         }
         Ok(contacts)
     }
@@ -152,7 +153,7 @@ impl Assembly<'_> {
     fn cycles(
         &self,
         side: &Side,
-        divisions: &dyn Fn(&[Vec<Division>]) -> Vec<Division>,
+        divisions: Divisions<'_>,
         damping: f64,
         directions: &mut Directions,
     ) -> Vec<MeshCycle> {
