@@ -229,7 +229,7 @@ fn an_orbit_in_contact_has_the_period_of_its_ripple() {
         amplitude: 0.1,
         phase: 0.4,
     }];
-    (point.load, point.speed) = (1.0, 400.0);
+    (point.load, point.speed) = (30.0, 400.0);
     let model = Model::new(&structure, &drive, point).unwrap();
     let (found, _) = survey(&model, 300, &[20]);
     let orbits: Vec<_> = found
