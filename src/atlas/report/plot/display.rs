@@ -78,7 +78,7 @@ impl fmt::Display for Amount {
 impl Amount {
     /// The range from this amount to `high`. If this amount has no unit, it gets that of `high`. `None` if
     /// `high` is not larger. Amounts that have no common unit are not compared: they may be in SI, which
-    /// depends on the quantity, and [`Scale::new`] refuses units that do not fit.
+    /// depends on the quantity, and the scale refuses units that do not fit.
     pub fn up_to(mut self, high: Self) -> Option<[Self; 2]> {
         if self.unit.is_empty() {
             self.unit.clone_from(&high.unit);
