@@ -314,6 +314,41 @@ fn opposite_stops_leave_room() {
     assert!(built([2.0, 1.0], -0.4).is_ok());
 }
 
+/// The force of a rest depends only on inputs if the mass is free, and on the deflection as an opposite stop's margin
+/// does if the stiffness is 1. Still the forces and deflections of opposite stops are four quantities.
+#[test]
+fn forces_of_rests_are_no_deflections() {
+    for frequency in [0.0, 1.0] {
+        let mut structure = ModalStructure::of_modes(&[frequency], 0.0, &[1.0], &[1.0]);
+        for felt in [1.0, -1.0] {
+            let law = ContactLaw {
+                gap: 0.5,
+                ..ContactLaw::default()
+            };
+            let own = StructureContact::plain("stop".to_owned(), vec![felt], law);
+            structure.contacts.extend(own.rigid(0.5));
+        }
+        let point = OperatingPoint {
+            load: 0.0,
+            speed: 1.0,
+        };
+        let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap();
+        let line = |contact: usize| model.line(&model.contacts[contact].cycles[0].segments[0]);
+        let stops = &model.stops[..];
+        let mut lines: Vec<usize> = (stops.iter())
+            .flat_map(|stop| [line(stop.impact), line(stop.rest())])
+            .collect();
+        for (stop, sign) in stops.iter().zip([1.0, -1.0]) {
+            assert!(model.lines[line(stop.impact)].direct.is_empty());
+            let direct = model.lines[line(stop.rest())].direct[0];
+            assert_eq!(direct.map(f64::signum)[1], sign, "{frequency}: {direct:?}");
+        }
+        lines.sort_unstable();
+        lines.dedup();
+        assert_eq!(lines.len(), 4, "{frequency}");
+    }
+}
+
 /// Impulses, rests and springs convert exactly the reported energy, with modal damping and with a matrix.
 #[test]
 fn energy_balances_through_impacts_and_rests() {

@@ -136,18 +136,30 @@ impl Directions {
         error: &[TransmissionErrorHarmonic],
         on_bearings: Vec<f64>,
     ) -> usize {
+        let line = Line {
+            transmission_error: error.to_vec(),
+            direct: Vec::new(),
+        };
+        self.add_along(line, gains, rubbing, on_bearings)
+    }
+
+    /// As [`Self::add`], for a direction whose line has these errors and immediate effects.
+    pub fn add_along(
+        &mut self,
+        line: Line,
+        gains: Vec<MeshGain>,
+        rubbing: f64,
+        on_bearings: Vec<f64>,
+    ) -> usize {
         let along = |known: &Direction| {
             let pairs = known.gains.iter().zip(&gains);
             let mut same = pairs.map(|(a, b)| a.deflection == b.deflection);
-            self.lines[known.line].transmission_error == error && same.all(|same| same)
+            self.lines[known.line] == line && same.all(|same| same)
         };
         let line = match self.directions.iter().find(|known| along(known)) {
             Some(known) => known.line,
             None => {
-                self.lines.push(Line {
-                    transmission_error: error.to_vec(),
-                    direct: Vec::new(),
-                });
+                self.lines.push(line);
                 self.lines.len() - 1
             }
         };

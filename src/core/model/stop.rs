@@ -11,7 +11,7 @@
 //! the state, but with a direct contribution of the inputs ([`super::Line::direct`]). The contact of the rest
 //! has a separate line, whose quantity is λ. Its stiffness is 1, so that its force is λ.
 
-use super::direction::Directions;
+use super::direction::{Directions, Line};
 use super::error::{ModelError, check_in_range};
 use super::{Block, Contact, Direction, MeshGain, TransmissionErrorHarmonic};
 use crate::structure::{ModalStructure, StopPart};
@@ -157,9 +157,10 @@ impl Directions {
                 ..*harmonic
             })
             .collect();
-        let direction = self.add(resting, 0.0, &curved, on_bearings);
-        let line = self.directions[direction].line;
-        self.lines[line].direct = direct;
-        direction
+        let line = Line {
+            transmission_error: curved,
+            direct,
+        };
+        self.add_along(line, resting, 0.0, on_bearings)
     }
 }
