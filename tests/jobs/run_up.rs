@@ -285,3 +285,72 @@ fn what_is_no_run_up_is_refused() {
     let text = refused(folder.path(), &["sound", "."], 2);
     assert!(text.contains("atlas runup"), "{text}");
 }
+
+/// Drive and coast flanks of a further mesh act along separate lines. While a train coasts, the forces of both meshes are
+/// negative, and balance the torques on the middle shaft.
+#[test]
+fn further_meshes_coast_with_a_negative_force() {
+    const TRAIN: &str = r#"
+[job]
+name = "coasting"
+[model]
+kind = "train"
+damping = 0.0
+[train]
+gears = ["a", "b"]
+rated_torque = "50 N*m"
+[[train.shaft]]
+name = "in"
+motion = "rotation"
+discs = [{ at = 0, polar_inertia = 0.01 }]
+gears = [{ name = "a", at = 0, teeth = 20, module = "3 mm", width = "20 mm", body = { polar_inertia = 2e-3 } }]
+[[train.shaft]]
+name = "middle"
+motion = "rotation"
+origin = ["105.1 mm", 0, 0]
+gears = [
+    { name = "b", at = 0, teeth = 50, module = "3 mm", width = "20 mm", body = { polar_inertia = 0.02 } },
+    { name = "c", at = "50 mm", teeth = 22, module = "4 mm", width = "20 mm", body = { polar_inertia = 0.003 } },
+]
+[[train.shaft]]
+name = "out"
+motion = "rotation"
+output = 1
+origin = ["105.1 mm", "150.2 mm", 0]
+gears = [{ name = "d", at = "50 mm", teeth = 53, module = "4 mm", width = "20 mm", body = { polar_inertia = 0.05 } }]
+[[train.mesh]]
+gears = ["c", "d"]
+stiffness = "4e8 N/m"
+damping = "2000 N*s/m"
+[mesh]
+stiffness = "constant"
+mean_stiffness = "3e8 N/m"
+contact_damping = "1500 N*s/m"
+[excitation]
+transmission_error = [{ harmonic = 1, amplitude = "0.1 um" }]
+[grid]
+load = -0.5
+speed = 200
+[runup]
+speed = { from = 200, to = 200.1, in = "0.1 s" }
+load = -0.5
+settle = "1 s"
+signals = ["force", "meshes"]
+"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("m.toml"), TRAIN).unwrap();
+    said(folder.path(), &["runup", "m.toml", "--out", "a"]);
+    let table = ResultTable::read(&folder.path().join("a"), TableKind::Signals).unwrap();
+    let mean = |name: &str| {
+        let values: Vec<f64> = table.f64(name).unwrap().into_iter().flatten().collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let [first, second] = ["force", "mesh_force_c_and_d"].map(mean);
+    // Base radii of b and c.
+    let ratio = (50.0 * 3.0) / (22.0 * 4.0);
+    assert!(first < -100.0, "{first}");
+    assert!(
+        (second / (first * ratio) - 1.0).abs() < 0.02,
+        "{first} {second}"
+    );
+}

@@ -23,8 +23,7 @@ const MOST_ROWS: usize = 100;
 /// drive has 192.
 const MOST_FREEDOMS: usize = 1500;
 
-/// Largest magnitude of a negative damping ratio that counts as round-off, so that the mode is not called
-/// growing.
+/// Largest rate of growth that counts as round-off, as a part of the largest frequency.
 const ROUND_OFF: f64 = 1e-9;
 
 /// The structure of a grid's first point.
@@ -176,9 +175,12 @@ impl Structure {
                 };
             }
         }
+        // A rigid mode has no frequency.
+        let frequencies = self.frequencies.open.iter().map(|mode| mode.frequency);
+        let largest = frequencies.fold(0.0, f64::max);
         let note = match open.ratio() {
             Some(ratio) if ratio > 1.0 => "  overdamped when open",
-            _ if open.decay < -ROUND_OFF * open.frequency => "  grows when open",
+            _ if open.decay < -ROUND_OFF * largest => "  grows when open",
             _ => "",
         };
         text.trim_end().to_owned() + note

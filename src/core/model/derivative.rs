@@ -104,6 +104,16 @@ fn same_shape(a: &Model, b: &Model) -> Result<(), ShapeChange> {
     if a.blocks.len() != b.blocks.len() || a.neutral != b.neutral {
         return differ("modes");
     }
+    // The states of both models have other coordinates.
+    let coordinates = |model: &Model| {
+        model
+            .basis
+            .coupled()
+            .map(|coupled| coupled.to_modes.clone())
+    };
+    if coordinates(a) != coordinates(b) {
+        return differ("coupled modes");
+    }
     let lines = |model: &Model| model.directions.iter().map(|d| d.line).collect::<Vec<_>>();
     if lines(a) != lines(b) {
         return differ("lines of action");
@@ -162,6 +172,7 @@ mod tests {
     use super::*;
     use crate::model::{Division, Drive, FlankError, MeshHarmonic, OperatingPoint, Stiffness};
     use crate::model::{fixtures, initial::InitialState};
+    use crate::structure::{Coupling, ModalStructure};
 
     fn drive() -> Drive {
         fixtures::two_level_mesh(1e-5)
@@ -231,6 +242,30 @@ mod tests {
                 );
             }
         }
+    }
+
+    /// Gyroscopic terms change the coupled modes, and thus the meaning of the blocks' states, with the speed.
+    #[test]
+    fn models_with_other_coupled_modes_have_no_difference() {
+        let at = |speed: f64, turns: f64| {
+            let structure = ModalStructure {
+                coupling: Some(Coupling {
+                    damping: vec![20.0, 5.0, 5.0, 30.0],
+                    gyroscopic: vec![0.0, turns, -turns, 0.0],
+                    stiffness: vec![0.0; 4],
+                }),
+                ..fixtures::structure(&[2000.0, 3000.0], 0.01, &[1.0, 0.3], &[1.0, 0.3])
+            };
+            let point = OperatingPoint {
+                speed,
+                ..fixtures::strong_rattle()
+            };
+            Model::new(&structure, &drive(), point).unwrap()
+        };
+        let change =
+            |turns| Model::combined(&[(-1.0, &at(100.0, turns)), (1.0, &at(101.0, turns))]);
+        assert_eq!(change(0.3).unwrap_err().what, "coupled modes");
+        assert!(change(0.0).is_ok());
     }
 
     /// A load changes the inputs of the torques, a gap the gaps, a damper the dampers, and nothing else.

@@ -30,7 +30,8 @@ pub struct Level {
 /// not change a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChainEnd {
-    /// First components of all blocks, then second components, at mesh phase 0.
+    /// Rotated modal displacements, then velocities, at mesh phase 0. Coordinates of coupled modes would depend on the
+    /// point.
     pub state: Vec<f64>,
     /// Mesh cycles since the start of the chain.
     pub cycle: u64,

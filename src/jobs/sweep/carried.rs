@@ -25,7 +25,8 @@ pub(super) struct CarriedState<'a> {
 impl CarriedState<'_> {
     /// The start of a point. Components of the state that have no effect on the motion are not displaced.
     pub fn start(self, model: &Model, seed: PointSeed) -> TrajectoryState {
-        let end = TrajectoryState::new(model, self.end.state.clone(), self.end.cycle);
+        let state = model.basis.state_of_turned(&self.end.state);
+        let end = TrajectoryState::new(model, state, self.end.cycle);
         if self.displacement > 0.0 {
             let mut stream = seed.stream(STREAM);
             let norm = EnergyNorm::new(model);
@@ -39,7 +40,7 @@ impl CarriedState<'_> {
 mod tests {
     use super::*;
     use crate::model::{Drive, OperatingPoint};
-    use crate::structure::ModalStructure;
+    use crate::structure::{Coupling, ModalStructure};
 
     /// A drive with one neutral rotation.
     fn model() -> Model {
@@ -62,6 +63,45 @@ mod tests {
             displacement,
         };
         carried.start(model, PointSeed { seed: 1, point_id })
+    }
+
+    /// The speed changes the coordinates of coupled modes, but not the modal displacements and velocities of the state.
+    #[test]
+    fn a_state_keeps_its_modes_where_they_are_coupled() {
+        let at = |speed: f64| {
+            let structure = ModalStructure {
+                coupling: Some(Coupling {
+                    damping: vec![0.1, 0.02, 0.02, 0.2],
+                    gyroscopic: vec![0.0, 0.4, -0.4, 0.0],
+                    stiffness: vec![0.0; 4],
+                }),
+                ..ModalStructure::of_modes(&[2.0, 3.0], 0.1, &[0.8, 0.5], &[0.8, 0.5])
+            };
+            let point = OperatingPoint { load: 1.0, speed };
+            Model::new(&structure, &Drive::constant(1.0, 1.0), point).unwrap()
+        };
+        let modes = [0.3, -0.7, 1.1, 0.4];
+        let end = ChainEnd {
+            state: modes.to_vec(),
+            cycle: 7,
+        };
+        for speed in [1.0, 2.0] {
+            let model = at(speed);
+            let carried = CarriedState {
+                end: &end,
+                displacement: 0.0,
+            };
+            let seed = PointSeed {
+                seed: 1,
+                point_id: 0,
+            };
+            let start = carried.start(&model, seed);
+            let found = model.basis.turned_modes(&start.state);
+            assert!(
+                found.iter().zip(modes).all(|(a, b)| (a - b).abs() < 1e-12),
+                "{found:?}"
+            );
+        }
     }
 
     #[test]

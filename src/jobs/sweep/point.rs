@@ -291,7 +291,7 @@ impl KernelUse for PointTask<'_> {
             kernel: self.kernel,
             times: laps.times,
             end: whole.then_some(ChainEnd {
-                state: trajectory.state,
+                state: self.model.basis.turned_modes(&trajectory.state),
                 cycle: trajectory.cycle,
             }),
         })

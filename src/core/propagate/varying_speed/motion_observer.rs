@@ -238,7 +238,11 @@ impl MovingSignal {
         let sum = |rows: &Rows, states: &[Aligned; 2]| along(kernel.instructions, rows, states);
         match self.place {
             SignalSource::Deflection(contact) => value(window.deflection(contact), place),
-            SignalSource::Force(flanks) => window.sum_of_forces(flanks.into_iter(), place),
+            // The flanks of a further mesh act along separate lines.
+            SignalSource::Force([drive, coast]) => {
+                let of = |flank| window.sum_of_forces(std::iter::once(flank), place);
+                of(drive) - of(coast)
+            }
             SignalSource::FirstForce => window.sum_of_forces(0..kernel.model.flank_springs, place),
             SignalSource::Bearing(index) => {
                 sum(&kernel.bearings[index], &instant.states) + window.left_out(index, place)
