@@ -16,6 +16,7 @@ mod tests;
 use super::interrupt::{EndedEarly, Interrupted};
 use super::lyapunov::{displaced, random_direction};
 use super::norm::EnergyNorm;
+use super::recurrence::excitation_period;
 use crate::model::{Model, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Kernel, Observer, Stop, Tangents, Window};
@@ -40,6 +41,12 @@ const LONGEST_AVERAGES: u64 = 16;
 
 /// Maximum number of strobe states for the saturation.
 const MOST_STATES: u64 = 256;
+
+/// Number of strobe states that is sufficient for the saturation.
+const ENOUGH_STATES: u64 = 32;
+
+/// Periods of the excitation of which the distance between strobe states is a multiple, if enough states remain.
+const BANDS: [u64; 6] = [12, 6, 4, 3, 2, 1];
 
 /// Settings for the measurement of predictability.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -129,7 +136,7 @@ pub fn predictability<K: Kernel>(
     }
     record.restart();
     let followed = u64::from(config.twins) * config.cycles;
-    let stride = followed.div_ceil(MOST_STATES);
+    let stride = stride(followed, excitation_period(model).unwrap_or(1) as u64);
     let mut separations = Vec::with_capacity(config.twins as usize);
     let mut states: Vec<(u64, Vec<f64>)> = Vec::new();
     for id in 0..config.twins {
@@ -151,6 +158,15 @@ pub fn predictability<K: Kernel>(
     }
     let saturation = record.saturation(&states, config.cycles);
     Ok(outcome(&record, &separations, saturation, config))
+}
+
+/// Distance in cycles between strobe states of a record of `followed` cycles. All states have one phase of the
+/// excitation, and lie in one band if the motion passes through several bands in turn, as states of twins do.
+fn stride(followed: u64, period: u64) -> u64 {
+    let least = followed.div_ceil(MOST_STATES);
+    let multiples = BANDS.map(|bands| least.next_multiple_of(bands * period));
+    let has_enough = |stride: &u64| followed / stride >= ENOUGH_STATES;
+    multiples.into_iter().find(has_enough).unwrap_or(least)
 }
 
 fn outcome<K: Kernel>(

@@ -54,3 +54,15 @@ fn independent_values_average_with_the_square_root() {
     assert!((exponent + 0.5).abs() < 0.03, "{exponent}");
     assert_eq!(decay(measures[..2].iter()), None);
 }
+
+/// The distance is the shortest of at most 256 states, rounded up to whole excitations and twelve bands, while enough
+/// states remain.
+#[test]
+fn strobe_states_have_one_phase_and_one_band() {
+    assert_eq!(stride(6400, 1), 36);
+    assert_eq!(stride(6400, 15), 180);
+    assert_eq!(stride(6400, 100), 200);
+    assert_eq!(stride(200, 1), 6);
+    // Thirty periods of the excitation are not enough.
+    assert_eq!(stride(21_000, 700), 83);
+}
