@@ -104,14 +104,9 @@ fn same_shape(a: &Model, b: &Model) -> Result<(), ShapeChange> {
     if a.blocks.len() != b.blocks.len() || a.neutral != b.neutral {
         return differ("modes");
     }
-    // The states of both models have other coordinates.
-    let coordinates = |model: &Model| {
-        model
-            .basis
-            .coupled()
-            .map(|coupled| coupled.to_modes.clone())
-    };
-    if coordinates(a) != coordinates(b) {
+    // The two models describe a state by different coordinates.
+    let [own, other] = [a, b].map(|model| model.basis.coupled().map(|c| &c.to_modes));
+    if own != other {
         return differ("coupled modes");
     }
     let lines = |model: &Model| model.directions.iter().map(|d| d.line).collect::<Vec<_>>();

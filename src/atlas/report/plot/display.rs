@@ -202,7 +202,7 @@ impl Scale {
             let si = if reference.is_some() { "dB" } else { si };
             *end = Some(amount.si(si).ok_or_else(|| unfit("--range", amount))?);
         }
-        // Ends of which only one has a unit could not be compared before.
+        // `Amount::up_to` does not compare ends of which only one has a unit.
         if let ([Some(low), Some(high)], Some([given, _])) = (range, &display.range)
             && low >= high
         {

@@ -19,9 +19,10 @@ const CONVERGED: f64 = 1e-14;
 const MOST_STEPS: usize = 400;
 
 impl Modes {
-    /// These modes followed by one static shape per load (none if all loads are zero), with squared frequency 1: the deflection under the
-    /// load outside these modes, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were not computed. The value of
-    /// a sum of freedoms in the shape is the residual flexibility between this sum and the load.
+    /// These modes followed by one static shape per load, with squared frequency 1; none if all loads are zero. A shape
+    /// is the deflection under the load outside these modes, `Σ φ (φᵀ f)/ω²` over the modes of the structure that were
+    /// not computed. The value of a sum of freedoms in the shape is the residual flexibility between this sum and the
+    /// load.
     ///
     /// Iterates `(K + σ M) u ← f + σ M u` and removes the parts of f and u along these modes. If these modes
     /// contain the whole deflection, the result is round-off, some 1e-16 of the whole.
