@@ -126,7 +126,7 @@ class Table:
         if isinstance(key, (int, np.integer)):
             if not -len(self) <= key < len(self):
                 raise IndexError(f"there is no row {key}: the table has {len(self)} rows, counted from 0")
-            return next(iter(self[[key % len(self)]]))
+            return next(iter(self[[int(key) % len(self)]]))
         if isinstance(key, (list, tuple)) and key and all(isinstance(name, str) for name in key):
             return Table(self._inner.selected(list(key)))
         rows = np.arange(len(self), dtype=np.uint64)[key]
