@@ -6,7 +6,7 @@
 use gearatlas::analysis::continuation::drive::ParametricDrive;
 use gearatlas::analysis::continuation::map::MapParameters;
 use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
-use gearatlas::structure::{HarmonicLoad, ModalStructure};
+use gearatlas::structure::{Coupling, HarmonicLoad, ModalStructure};
 
 /// Distance that keeps the oscillator away from the other flank.
 pub const OFF: f64 = 50.0;
@@ -22,12 +22,19 @@ pub struct Stopped {
     pub stop: f64,
 }
 
-impl ParametricDrive for Stopped {
-    fn model(&self, [omega, amplitude]: MapParameters) -> Result<Model, String> {
-        let mut structure = ModalStructure::of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
+/// The same stop at a body that whirls: the modes of frequencies 1 and 1.3 are coupled by gyroscopic terms
+/// proportional to ω, and by a damper. Both deflect the stop.
+pub struct Whirling(pub Stopped);
+
+impl Stopped {
+    fn with(
+        &self,
+        mut structure: ModalStructure,
+        [omega, amplitude]: MapParameters,
+    ) -> Result<Model, String> {
         structure.harmonic_loads = vec![HarmonicLoad {
             name: "force".to_owned(),
-            force: vec![amplitude],
+            force: structure.torque.iter().map(|t| t * amplitude).collect(),
             turns_per_cycle: 1.0,
             phase: 0.0,
         }];
@@ -52,30 +59,67 @@ impl ParametricDrive for Stopped {
         };
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())
     }
+}
 
-    /// Central differences of sixth order.
+impl ParametricDrive for Stopped {
+    fn model(&self, at: MapParameters) -> Result<Model, String> {
+        let structure = ModalStructure::of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
+        self.with(structure, at)
+    }
+
     fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
-        let h = 1e-3;
-        let models: Vec<(f64, Model)> = [
-            (1.0, 45.0),
-            (2.0, -9.0),
-            (3.0, 1.0),
-            (-1.0, -45.0),
-            (-2.0, 9.0),
-            (-3.0, -1.0),
-        ]
-        .into_iter()
-        .map(|(steps, weight)| {
-            let mut there = at;
-            there[axis] += steps * h;
-            Ok((weight / (60.0 * h), self.model(there)?))
-        })
-        .collect::<Result<_, String>>()?;
-        let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
-        Model::combined(&models).map_err(|error| error.to_string())
+        difference(self, at, axis)
     }
 
     fn event_limit(&self) -> u32 {
         1000
     }
+}
+
+impl ParametricDrive for Whirling {
+    fn model(&self, at: MapParameters) -> Result<Model, String> {
+        let (own, g) = (&self.0, [1.0, 0.6]);
+        let mut structure = ModalStructure::of_modes(&[1.0, 1.3], own.damping, &g, &g);
+        structure.coupling = Some(Coupling {
+            damping: vec![0.02, 0.03, 0.03, 0.05],
+            gyroscopic: vec![0.0, 0.4, -0.4, 0.0],
+            stiffness: vec![0.0; 4],
+        });
+        own.with(structure, at)
+    }
+
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
+        difference(self, at, axis)
+    }
+
+    fn event_limit(&self) -> u32 {
+        1000
+    }
+}
+
+/// Central differences of the sixth order.
+fn difference(
+    family: &impl ParametricDrive,
+    at: MapParameters,
+    axis: usize,
+) -> Result<Model, String> {
+    let h = 1e-3;
+    let models: Vec<(f64, Model)> = [
+        (0.0, 0.0),
+        (1.0, 45.0),
+        (2.0, -9.0),
+        (3.0, 1.0),
+        (-1.0, -45.0),
+        (-2.0, 9.0),
+        (-3.0, -1.0),
+    ]
+    .into_iter()
+    .map(|(steps, weight)| {
+        let mut there = at;
+        there[axis] += steps * h;
+        Ok((weight / (60.0 * h), family.model(there)?))
+    })
+    .collect::<Result<_, String>>()?;
+    let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
+    Model::combined(&models).map_err(|error| error.to_string())
 }

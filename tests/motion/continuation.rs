@@ -12,9 +12,9 @@ use gearatlas::analysis::continuation::map::{CycleMap, MapParameters};
 use gearatlas::analysis::continuation::onset::onset;
 use gearatlas::analysis::continuation::orbit::{OrbitCondition, find};
 use gearatlas::analysis::continuation::path::Span;
-use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
+use gearatlas::model::{Division, Drive, InitialState, Model, OperatingPoint, Release};
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
-use stopped::{OFF, PUBLISHED, Stopped};
+use stopped::{OFF, PUBLISHED, Stopped, Whirling};
 
 /// The amplitude at which the linear oscillator just reaches the stop.
 fn grazing(omega: f64, damping: f64) -> f64 {
@@ -136,6 +136,84 @@ fn a_bilinear_oscillator_is_the_published_one() {
     }
 }
 
+/// The coupled modes change with the speed. A map that was made at another speed has the derivatives of its images
+/// nevertheless, and follows an orbit to the same one that is found there.
+#[test]
+fn coordinates_keep_their_meaning_where_modes_are_coupled() {
+    let family = Whirling(Stopped {
+        damping: 0.02,
+        stop: 2.0,
+    });
+    let (from, at) = ([0.7, 1.0], [1.2, 1.0]);
+    let mut map = DriveMap::new(&family, from).unwrap();
+    let first = map.model(from).unwrap().basis.clone();
+    let mut state = map.model(at).unwrap().start(&InitialState::Static);
+    assert!(!map.model(at).unwrap().basis.has_states_of(&first));
+    map.advance(at, 20, &mut state, &mut ()).unwrap();
+    let u = map.coordinates(&state.state);
+    let image = map.image(&u, at, 1).unwrap();
+    assert!(map.details(&u, at, 1).unwrap().touches.sequence.len() > 1);
+    let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let mut check = |exact: &[f64], moved: &mut dyn FnMut(f64) -> Vec<f64>| {
+        let h = 1e-5;
+        let [more, less] = [h, -h].map(moved);
+        let pairs = more.iter().zip(&less).zip(exact);
+        let off: Vec<f64> = pairs.map(|((a, b), e)| (a - b) / (2.0 * h) - e).collect();
+        println!("{:.1e} of {:.1e}", largest(&off), largest(exact));
+        assert!(largest(&off) < 1e-7 * largest(exact).max(1.0));
+    };
+    for j in 0..u.len() {
+        let column: Vec<f64> = image.monodromy.col(j).iter().copied().collect();
+        check(&column, &mut |h| {
+            let mut moved = u.clone();
+            moved[j] += h;
+            map.image(&moved, at, 1).unwrap().end
+        });
+    }
+    for axis in 0..2 {
+        let exact = map.by_parameter(&u, at, 1, axis).unwrap();
+        check(&exact, &mut |h| {
+            let mut there = at;
+            there[axis] += h;
+            map.image(&u, there, 1).unwrap().end
+        });
+    }
+    let span = Span {
+        axis: 0,
+        from: from[0],
+        to: at[0],
+    };
+    let rest = map.model(from).unwrap().start(&InitialState::Static);
+    let guess = map.coordinates(&rest.state);
+    let orbit = find(&mut map, &guess, from, 1, &OrbitCondition::Parameters).unwrap();
+    let branch = follow(&mut map, &span, orbit, &StepSettings::default()).unwrap();
+    let last = branch
+        .orbits
+        .iter()
+        .max_by(|a, b| a.at[0].total_cmp(&b.at[0]));
+    let last = last.unwrap();
+    let mut local = DriveMap::new(&family, last.at).unwrap();
+    map.model(last.at).unwrap();
+    let guess = local.coordinates(&map.state(&last.u).state);
+    let found = find(&mut local, &guess, last.at, 1, &OrbitCondition::Parameters).unwrap();
+    println!(
+        "{} orbits to {:?}: {:?}",
+        branch.orbits.len(),
+        last.at,
+        last.multipliers
+    );
+    assert!(last.at[0] > from[0] + 0.1);
+    for (a, b) in last.multipliers.iter().zip(&found.multipliers) {
+        assert!((a - b).norm() < 1e-8, "{a} {b}");
+    }
+    for half in 0..2 {
+        let pairs = last.details.start[half]
+            .iter()
+            .zip(&found.details.start[half]);
+        assert!(pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) < 1e-8);
+    }
+}
+
 /// The orbit without contact grazes at the value of the closed form, over the amplitude and along the whole curve in
 /// (ω, A).
 #[test]
@@ -150,7 +228,7 @@ fn grazing_is_where_the_closed_form_says() {
         let state = map
             .model([omega, 0.01])
             .unwrap()
-            .start(&gearatlas::model::InitialState::Static);
+            .start(&InitialState::Static);
         let guess = map.coordinates(&state.state);
         let first = find(
             &mut map,

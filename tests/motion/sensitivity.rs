@@ -99,16 +99,20 @@ fn differences(
     start: &TrajectoryState,
     cycles: u64,
 ) -> (Vec<f64>, bool) {
+    let base = family.model(at).unwrap();
     let mut sum = vec![0.0; start.state.len()];
     let mut counts = Vec::new();
     for (steps, weight) in [(1.0, 45.0), (2.0, -9.0), (3.0, 1.0)] {
         for side in [1.0, -1.0] {
             let model = family.model([at[0] + side * steps * step, at[1]]).unwrap();
-            let own = TrajectoryState::new(&model, start.state.clone(), start.cycle);
+            let blocks = model.basis.state_from(&base.basis, &start.state);
+            let own = TrajectoryState::new(&model, blocks, start.cycle);
             let passage = Extended::new(&model).advance(&own, cycles).unwrap();
             counts.push(passage.crossings.len());
-            for (sum, x) in sum.iter_mut().zip(&passage.state) {
-                *sum += side * weight / (60.0 * step) * x.value();
+            let end: Vec<f64> = passage.state.iter().map(|x| x.value()).collect();
+            let end = base.basis.state_from(&model.basis, &end);
+            for (sum, x) in sum.iter_mut().zip(end) {
+                *sum += side * weight / (60.0 * step) * x;
             }
         }
     }
@@ -167,6 +171,29 @@ fn derivatives_by_every_kind_of_key_are_those_of_thirty_digits() {
             "shafts.bearings.x",
             "shafts.bearings.y",
             "gear.rated_torque",
+        ],
+        1e-8,
+    );
+}
+
+/// Gyroscopic terms and dampers couple modes, so that states depend on the keys by their coordinates, too.
+#[test]
+fn derivatives_where_modes_are_coupled_are_those_of_thirty_digits() {
+    let text = rattling()
+        .replace("\"translational\"", "\"tilting\"\ngyroscopic = true")
+        .replace(
+            "tilt = ",
+            "damping_x = \"400 N*s/m\"\ndamping_y = \"900 N*s/m\"\ntilt = ",
+        );
+    every_key(
+        &text,
+        &[
+            "load",
+            "speed",
+            "shafts.bearings.x",
+            "shafts.bearings.damping_x",
+            "shafts.pinion.end_inertia",
+            "mesh.contact_damping",
         ],
         1e-8,
     );

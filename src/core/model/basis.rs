@@ -122,6 +122,11 @@ impl Basis {
         self.coupled.as_ref()
     }
 
+    /// As [`Self::coupled`], to change it.
+    pub(super) fn coupled_mut(&mut self) -> Option<&mut Coupled> {
+        self.coupled.as_mut()
+    }
+
     /// Indices of the structure's rigid modes.
     pub(super) fn rigid(&self) -> &[usize] {
         &self.rigid
@@ -278,6 +283,29 @@ impl Basis {
         match &self.coupled {
             None => state.to_vec(),
             Some(coupled) => times(&coupled.to_modes, state),
+        }
+    }
+
+    /// Whether states have the same meaning in both bases.
+    pub fn has_states_of(&self, other: &Self) -> bool {
+        let maps = |basis: &Self| basis.coupled.as_ref().map(|c| &c.to_modes);
+        maps(self) == maps(other)
+    }
+
+    /// The state with the same modal displacements and velocities as a state in another basis.
+    pub fn state_from(&self, other: &Self, state: &[f64]) -> Vec<f64> {
+        if self.has_states_of(other) {
+            return state.to_vec();
+        }
+        self.state_of_turned(&other.turned_modes(state))
+    }
+
+    /// `T⁻¹ T_p z` with the derivative `by` of this basis: the rate at which the modal displacements and
+    /// velocities of a constant state change with the parameter, as a state.
+    pub fn turning(&self, by: &Self, state: &[f64]) -> Vec<f64> {
+        match &by.coupled {
+            None => vec![0.0; state.len()],
+            Some(_) => self.state_of_turned(&by.turned_modes(state)),
         }
     }
 

@@ -16,6 +16,7 @@
 //! or close; the damper ignores the step. Any number of contacts may be closed at once. A time is an integer
 //! number of mesh cycles and a time within the cycle, so that long runs lose no digits.
 
+mod alignment;
 mod assembly;
 mod basis;
 mod bearing;

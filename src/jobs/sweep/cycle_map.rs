@@ -322,7 +322,7 @@ impl MapRequest<'_> {
                     state.copy_from_slice(&trajectory.state);
                     self.write_tangents(&tangents, ends);
                     for (column, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
-                        column.copy_from_slice(tangent.state());
+                        column.copy_from_slice(&tangent.state());
                     }
                 }
                 Err(stop) => {

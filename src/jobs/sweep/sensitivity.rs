@@ -237,6 +237,12 @@ impl KernelUse for Orbit<'_> {
     }
 }
 
+/// A state of the model `other` as a state of `model`.
+fn state_in(model: &Model, other: &Model, state: &TrajectoryState) -> TrajectoryState {
+    let blocks = model.basis.state_from(&other.basis, &state.state);
+    TrajectoryState::new(model, blocks, state.cycle)
+}
+
 /// Exact derivatives along an orbit, each with a difference quotient of the fourth order.
 fn of_orbit(
     family: &PointFamily<'_>,
@@ -267,6 +273,7 @@ fn of_orbit(
         });
     };
     let h = CHECK_STEP * family.size(at, 0);
+    let base = model;
     let near = |steps: f64| -> Option<Vec<f64>> {
         let there = [at[0] + steps * h, at[1]];
         let point = family.at(there).ok()?;
@@ -274,7 +281,7 @@ fn of_orbit(
         let orbit = Orbit {
             model: &model,
             by: &model.unchanged(),
-            start,
+            start: &state_in(&model, base, start),
             period,
         };
         Some(with_kernel(&point, &model, parts, orbit).ok()?.ok()??.0)
@@ -395,11 +402,15 @@ fn of_ensemble(
         },
     )??;
     let h = step * family.size(at, 0);
+    let base = model;
     let mut members = Vec::new();
     for steps in [-2.0, -1.0, 1.0, 2.0] {
         let there = [at[0] + steps * h, at[1]];
         let point = family.at(there).map_err(BuildError::Values)?;
         let model = parts.model(&point)?;
+        let starts: Vec<TrajectoryState> = (starts.iter())
+            .map(|start| state_in(&model, base, start))
+            .collect();
         members.push(with_kernel(
             &point,
             &model,

@@ -7,7 +7,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
-use crate::model::{Model, TrajectoryState};
+use crate::model::{Basis, Model, TrajectoryState};
 use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
 use std::sync::atomic::AtomicBool;
 
@@ -41,6 +41,11 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 pub struct DriveMap<'f, F> {
     family: &'f F,
     interrupt: &'f AtomicBool,
+    /// The basis of the first model. Coordinates are those of its states, because the coupled modes change with the
+    /// parameters.
+    basis: Basis,
+    /// The norm of the first model.
+    norm: EnergyNorm,
     /// Factor from each weighted component x of a state to its coordinate u = scale x: the weight divided by
     /// the unit of the norm.
     scales: Vec<f64>,
@@ -83,7 +88,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
     pub fn new(family: &'f F, at: MapParameters) -> Result<Self, MapError> {
         let built = CurrentModel::new(family, at)?;
         let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
-        let norm = &built.norm;
+        let norm = built.norm.clone();
         let weighted = norm.weighted_components().to_vec();
         let scales = weighted
             .iter()
@@ -92,6 +97,8 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         Ok(Self {
             family,
             interrupt: &NEVER,
+            basis: built.kernel.model().basis.clone(),
+            norm,
             scales,
             weighted,
             unit: unit as u32,
@@ -120,7 +127,9 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
             return Ok(());
         }
         let built = CurrentModel::new(self.family, at)?;
-        if built.norm.weighted_components() != self.weighted {
+        let (own, weighted) = (built.norm.weighted_components(), &self.weighted);
+        let same_states = self.basis.has_states_of(&built.kernel.model().basis);
+        if own.len() != weighted.len() || (same_states && own != weighted) {
             return Err(MapError::NoModel(
                 "the number of relevant modes changes with the parameter".to_owned(),
             ));
@@ -130,10 +139,12 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         Ok(())
     }
 
-    /// The unknowns of Newton's method for a state: its components with weight in the energy norm, scaled.
+    /// The unknowns of Newton's method for a state of the current model: the components with weight in the energy norm
+    /// of the first model, scaled.
     pub fn coordinates(&self, state: &[f64]) -> Vec<f64> {
-        let mut state = state.to_vec();
-        self.built.norm.project(&mut state);
+        let own = &self.built.kernel.model().basis;
+        let mut state = self.basis.state_from(own, state);
+        self.norm.project(&mut state);
         self.weighted
             .iter()
             .zip(&self.scales)
@@ -143,12 +154,41 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
 
     /// The state with these coordinates, at the start of the first cycle.
     pub fn state(&self, u: &[f64]) -> TrajectoryState {
+        TrajectoryState::new(self.built.kernel.model(), self.blocks(u), 0)
+    }
+
+    /// The blocks' state with these coordinates.
+    fn blocks(&self, u: &[f64]) -> Vec<f64> {
         let model = self.built.kernel.model();
         let mut state = vec![0.0; 2 * model.modes()];
         for ((&i, scale), u) in self.weighted.iter().zip(&self.scales).zip(u) {
             state[i] = u / scale;
         }
-        TrajectoryState::new(model, state, 0)
+        model.basis.state_from(&self.basis, &state)
+    }
+
+    /// A monodromy matrix of the current model, in the coordinates of the map.
+    fn in_coordinates(&self, matrix: &Mat<f64>) -> Mat<f64> {
+        let n = self.weighted.len();
+        let (model, norm) = (self.built.kernel.model(), &self.built.norm);
+        let zero = vec![0.0; 2 * model.modes()];
+        let unit = |j: usize| {
+            let mut unit = vec![0.0; n];
+            unit[j] = 1.0;
+            unit
+        };
+        let mut from = Mat::zeros(n, n);
+        let mut to = Mat::zeros(n, n);
+        for j in 0..n {
+            let start = norm.difference(&self.blocks(&unit(j)), &zero);
+            let mut end = zero.clone();
+            norm.displace(&mut end, 1.0, &unit(j));
+            let end = self.coordinates(&end);
+            for i in 0..n {
+                (from[(i, j)], to[(i, j)]) = (start[i], end[i]);
+            }
+        }
+        to * (matrix * from)
     }
 
     /// The end of the trajectory over `period` cycles from u.
@@ -208,16 +248,17 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             workspace,
             &mut counters,
         )?;
-        let scale_ratios: Vec<f64> = self
-            .weighted
-            .iter()
-            .zip(&self.scales)
-            .map(|(&i, scale)| scale / norm.weights()[i])
-            .collect();
-        for j in 0..scale_ratios.len() {
-            for i in 0..scale_ratios.len() {
-                matrix[(i, j)] *= scale_ratios[i] / scale_ratios[j];
+        if self.basis.has_states_of(&self.built.kernel.model().basis) {
+            let weights = self.built.norm.weights();
+            let weighted = self.weighted.iter().zip(&self.scales);
+            let ratios: Vec<f64> = weighted.map(|(&i, scale)| scale / weights[i]).collect();
+            for j in 0..ratios.len() {
+                for i in 0..ratios.len() {
+                    matrix[(i, j)] *= ratios[i] / ratios[j];
+                }
             }
+        } else {
+            matrix = self.in_coordinates(&matrix);
         }
         Ok(Image {
             end: self.coordinates(&state.state),
@@ -250,8 +291,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             &mut tangent,
             &mut Counters::default(),
         )?;
-        let end = tangent.state().to_vec();
-        Ok(self.coordinates(&end))
+        Ok(self.coordinates(&tangent.state()))
     }
 
     /// Computes a difference quotient, because it costs two builds of a model and two integrations. An exact

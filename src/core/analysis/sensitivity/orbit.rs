@@ -79,7 +79,7 @@ pub fn derivatives<K: Kernel>(
         &mut Counters::default(),
     )?;
     let zero = vec![0.0; start.state.len()];
-    let moved = norm.difference(map.state(), &zero);
+    let moved = norm.difference(&map.state(), &zero);
     let n = moved.len();
     let system = Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - matrix[(i, j)]);
     let along = solve(system.as_ref(), &moved);

@@ -69,9 +69,17 @@ struct Closed<'a> {
 }
 
 impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
-    /// The derivative of a trajectory that starts at `x`, with the initial value y = `start` (both of length
-    /// 2N). `by` is the derivative of the model with respect to the parameter ([`Model::combined`]).
-    pub fn new(model: &'m Model, by: &'m Model, x: &[f64], start: Vec<f64>, witness: W) -> Self {
+    /// The derivative of a trajectory that starts at `x`, with the initial value `start` (both of length 2N) as
+    /// [`Self::state`]. `by` is the derivative of the model with respect to the parameter ([`Model::combined`]).
+    pub fn new(
+        model: &'m Model,
+        by: &'m Model,
+        x: &[f64],
+        mut start: Vec<f64>,
+        witness: W,
+    ) -> Self {
+        let turning = model.basis.turning(&by.basis, x);
+        start.iter_mut().zip(turning).for_each(|(y, t)| *y -= t);
         Self {
             model,
             by,
@@ -85,9 +93,11 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         }
     }
 
-    /// y at the end of the last window.
-    pub fn state(&self) -> &[f64] {
-        &self.state
+    /// The derivative of the modal displacements and velocities at the end of the last window, as a state of
+    /// `model`: y, and the change of the coupled modes.
+    pub fn state(&self) -> Vec<f64> {
+        let turning = self.model.basis.turning(&self.by.basis, &self.end);
+        self.state.iter().zip(turning).map(|(y, t)| y + t).collect()
     }
 
     /// The closed contacts of a window with their derivatives.
