@@ -363,17 +363,18 @@ fn deflection(mesh: &NamedMesh, window: &Window<'_>, modal: &ModalSeries<'_>) ->
     }
 }
 
-/// Force of a mesh. For a further mesh, the forces of the coast flank count negative, because they act along
-/// a separate line.
+/// Force of a mesh.
 fn force(mesh: &NamedMesh, window: &Window<'_>) -> Series {
-    let [drive, coast] = mesh.flanks;
-    if drive == DRIVE_FLANK {
+    if mesh.flanks[0] == DRIVE_FLANK {
         return padded(window.force);
     }
     let mut sum = [0.0; TERMS];
-    for closed in window.closed {
-        let sign = f64::from(closed.contact == drive) - f64::from(closed.contact == coast);
-        add_multiple(sign, &padded(closed.force), &mut sum);
+    for closed in window
+        .closed
+        .iter()
+        .filter(|c| mesh.flanks.contains(&c.contact))
+    {
+        add_multiple(mesh.sign(closed.contact), &padded(closed.force), &mut sum);
     }
     sum
 }

@@ -86,6 +86,13 @@ impl NamedMesh {
             .map(of_mesh)
             .collect()
     }
+
+    /// Sign of a contact's force in the force of its mesh. It is −1 for the coast flank of a further mesh, which acts
+    /// along a separate line.
+    pub fn sign(&self, contact: usize) -> f64 {
+        let [drive, coast] = self.flanks;
+        if drive != DRIVE_FLANK && contact == coast { -1.0 } else { 1.0 }
+    }
 }
 
 /// `Σ gain·x` over the blocks, or its rate ([`Quantity::is_rate`]).

@@ -8,7 +8,7 @@
 use super::description::Role;
 use super::inputs::Input;
 use super::live::LiveState;
-use crate::model::{ActiveSet, DRIVE_FLANK, LOAD_TERMS, LoadTerm, Model, Segment};
+use crate::model::{ActiveSet, LOAD_TERMS, LoadTerm, Model, Segment};
 use crate::propagate::varying_speed::Motion;
 use crate::structure::ModalStructure;
 use std::f64::consts::TAU;
@@ -72,13 +72,7 @@ impl Sensors {
             }
             Role::Deflection(mesh) => look.deflection(model.meshes[mesh].flanks[0])[0],
             Role::Force(mesh) => {
-                // The flanks of a further mesh act along separate lines.
-                let [drive, coast] = model.meshes[mesh].flanks;
-                let is_opposite = |contact| drive != DRIVE_FLANK && contact == coast;
-                let force = |contact| {
-                    let force = look.force(contact);
-                    if is_opposite(contact) { -force } else { force }
-                };
+                let force = |contact| model.meshes[mesh].sign(contact) * look.force(contact);
                 look.closed(mesh).iter().map(force).sum()
             }
             Role::Bearing(bearing) => self.bearing(&look, live, bearing),

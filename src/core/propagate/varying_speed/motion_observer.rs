@@ -4,7 +4,7 @@ use super::VaryingSpeed;
 use super::powers::{Course, Powers, value};
 use super::rows::Rows;
 use super::window::{WindowSeries, along, states_at};
-use crate::model::{ActiveSet, COAST_FLANK, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
+use crate::model::{ActiveSet, DRIVE_FLANK, LOAD_TERMS, Model, Quantity};
 use crate::propagate::vectors::Aligned;
 
 /// A window of the motion. Series are in u from 0 to `part`.
@@ -164,8 +164,8 @@ pub struct MovingSignal {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum SignalSource {
     Deflection(usize),
-    Force([usize; 2]),
-    FirstForce,
+    /// Of a mesh, as an index of the model's meshes.
+    Force(usize),
     Bearing(usize),
     Output(usize),
 }
@@ -178,13 +178,9 @@ impl MovingSignal {
             name: name.to_owned(),
             place,
         };
-        let meshes = model.meshes.iter().flat_map(|mesh| {
-            let force = match mesh.flanks {
-                [DRIVE_FLANK, COAST_FLANK] => SignalSource::FirstForce,
-                flanks => SignalSource::Force(flanks),
-            };
+        let meshes = model.meshes.iter().enumerate().flat_map(|(index, mesh)| {
             [
-                signal(Quantity::MeshForce, &mesh.name, force),
+                signal(Quantity::MeshForce, &mesh.name, SignalSource::Force(index)),
                 signal(
                     Quantity::MeshDeflection,
                     &mesh.name,
@@ -209,7 +205,7 @@ impl MovingSignal {
     pub fn first_mesh(&self) -> Option<bool> {
         match self.place {
             SignalSource::Deflection(DRIVE_FLANK) => Some(true),
-            SignalSource::FirstForce => Some(false),
+            SignalSource::Force(0) => Some(false),
             _ => None,
         }
     }
@@ -238,12 +234,14 @@ impl MovingSignal {
         let sum = |rows: &Rows, states: &[Aligned; 2]| along(kernel.instructions, rows, states);
         match self.place {
             SignalSource::Deflection(contact) => value(window.deflection(contact), place),
-            // The flanks of a further mesh act along separate lines.
-            SignalSource::Force([drive, coast]) => {
-                let of = |flank| window.sum_of_forces(std::iter::once(flank), place);
-                of(drive) - of(coast)
+            SignalSource::Force(0) => window.sum_of_forces(0..kernel.model.flank_springs, place),
+            SignalSource::Force(index) => {
+                let mesh = &kernel.model.meshes[index];
+                let of = |&flank: &usize| {
+                    mesh.sign(flank) * window.sum_of_forces(std::iter::once(flank), place)
+                };
+                mesh.flanks.iter().map(of).sum()
             }
-            SignalSource::FirstForce => window.sum_of_forces(0..kernel.model.flank_springs, place),
             SignalSource::Bearing(index) => {
                 sum(&kernel.bearings[index], &instant.states) + window.left_out(index, place)
             }
