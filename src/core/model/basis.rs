@@ -288,8 +288,8 @@ impl Basis {
 
     /// Whether states have the same meaning in both bases.
     pub fn has_states_of(&self, other: &Self) -> bool {
-        let maps = |basis: &Self| basis.coupled.as_ref().map(|c| &c.to_modes);
-        maps(self) == maps(other)
+        let [own, other] = [self, other].map(|basis| basis.coupled.as_ref().map(|c| &c.to_modes));
+        own == other
     }
 
     /// The state with the same modal displacements and velocities as a state in another basis.

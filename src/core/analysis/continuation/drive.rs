@@ -9,6 +9,7 @@ use crate::analysis::recurrence::excitation_period;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::model::{Basis, Model, TrajectoryState};
 use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
+use faer::Mat;
 use std::sync::atomic::AtomicBool;
 
 /// Smallest size of a motion, relative to the length of its states. For smaller motions, round-off would make equal
@@ -291,7 +292,8 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             &mut tangent,
             &mut Counters::default(),
         )?;
-        Ok(self.coordinates(&tangent.state()))
+        let end = tangent.state();
+        Ok(self.coordinates(&end))
     }
 
     /// Computes a difference quotient, because it costs two builds of a model and two integrations. An exact
