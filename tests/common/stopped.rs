@@ -23,7 +23,7 @@ pub struct Stopped {
 }
 
 /// The same stop at a body that whirls: the modes of frequencies 1 and 1.3 are coupled by gyroscopic terms
-/// proportional to ω, and by a damper. Both deflect the stop.
+/// proportional to ω, and by a damper. Both deflect the stop, and forces act on the first one.
 pub struct Whirling(pub Stopped);
 
 impl Stopped {
@@ -78,8 +78,8 @@ impl ParametricDrive for Stopped {
 
 impl ParametricDrive for Whirling {
     fn model(&self, at: MapParameters) -> Result<Model, String> {
-        let (own, g) = (&self.0, [1.0, 0.6]);
-        let mut structure = ModalStructure::of_modes(&[1.0, 1.3], own.damping, &g, &g);
+        let (own, stop) = (&self.0, [1.0, 0.6]);
+        let mut structure = ModalStructure::of_modes(&[1.0, 1.3], own.damping, &stop, &[1.0, 0.0]);
         structure.coupling = Some(Coupling {
             damping: vec![0.02, 0.03, 0.03, 0.05],
             gyroscopic: vec![0.0, 0.4, -0.4, 0.0],

@@ -155,7 +155,7 @@ fn coordinates_keep_their_meaning_where_modes_are_coupled() {
     assert!(map.details(&u, at, 1).unwrap().touches.sequence.len() > 1);
     let largest = |values: &[f64]| values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let check = |exact: &[f64], moved: &mut dyn FnMut(f64) -> Vec<f64>| {
-        let h = 1e-5;
+        let h = 1e-7;
         let [more, less] = [h, -h].map(moved);
         let pairs = more.iter().zip(&less).zip(exact);
         let off: Vec<f64> = pairs.map(|((a, b), e)| (a - b) / (2.0 * h) - e).collect();
