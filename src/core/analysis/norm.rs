@@ -69,8 +69,8 @@ impl EnergyNorm {
         }
     }
 
-    /// The Euclidean norm of unscaled modal displacements and velocities. It adds metres to metres per second
-    /// and includes the neutral pair.
+    /// The Euclidean norm of unscaled modal displacements and velocities. It adds metres to metres per
+    /// second. It includes the neutral pair: the angle and the speed of the free rotation of the whole drive.
     pub fn raw(model: &Model) -> Self {
         let gains = model.first_gains();
         let participation: f64 = gains.iter().map(|gain| gain.deflection[0].powi(2)).sum();

@@ -29,7 +29,7 @@ struct RotatedStaticContact {
 }
 
 impl RotatedStaticContact {
-    /// The static contact of a contact of a model.
+    /// The contact with index `place`, at the start of its first cycle.
     fn of(model: &Model, place: usize) -> Self {
         let contact = &model.contacts[place];
         let segment = &contact.cycle(0).segments[0];

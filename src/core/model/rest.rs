@@ -257,10 +257,13 @@ impl Contacts {
                 self.descend(&mut forces, &mut place, [&zero, &next.drift]);
                 continue;
             }
-            let less = |to: &[f64], from: &[f64]| -> Vec<f64> {
+            let difference = |to: &[f64], from: &[f64]| -> Vec<f64> {
                 to.iter().zip(from).map(|(a, b)| a - b).collect()
             };
-            let way = [less(&next.forces, &forces), less(&next.place, &place)];
+            let way = [
+                difference(&next.forces, &forces),
+                difference(&next.place, &place),
+            ];
             self.descend(&mut forces, &mut place, [&way[0], &way[1]]);
         }
         None

@@ -7,7 +7,7 @@ impl StructureContact {
     /// cycles and the error of this contact, and the impact takes its gap. Its stiffness and damping have no
     /// effect.
     pub fn rigid(self, restitution: f64) -> [Self; 2] {
-        let part = |part: StopPart| ContactLaw {
+        let law_of = |part: StopPart| ContactLaw {
             stiffness: vec![(1.0, [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
             damping: 0.0,
             stop: Some(part),
@@ -17,11 +17,11 @@ impl StructureContact {
             name: format!("{}, {}", self.name, StopPart::REST),
             law: ContactLaw {
                 gap: 0.0,
-                ..part(StopPart::Rest)
+                ..law_of(StopPart::Rest)
             },
             ..self.clone()
         };
-        let law = part(StopPart::Impact { restitution });
+        let law = law_of(StopPart::Impact { restitution });
         [Self { law, ..self }, rest]
     }
 }

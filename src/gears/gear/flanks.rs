@@ -30,7 +30,7 @@ const MOST_RATIO: f64 = 2.99;
 /// Where rigid gears can touch on the line of action.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PathOfContact {
-    /// Distance of neighbouring pairs in contact, `π m_t cos α_t` \[m\].
+    /// Distance between neighbouring pairs in contact, `π m_t cos α_t` \[m\].
     pub base_pitch: f64,
     /// Where contact begins, at the wheel's tip \[m\].
     pub start: f64,

@@ -75,7 +75,7 @@ impl TiltCompliance {
 pub struct MisalignmentSearch {
     /// Relaxation of the first step, in (0, 1\]; later steps follow Aitken.
     pub relaxation: f64,
-    /// Largest `|ε₀ + θ − ε|` of a solution \[rad\].
+    /// Largest accepted residual of the misalignment, `|ε₀ + θ − ε|` \[rad\].
     pub tolerance: f64,
     /// Largest number of evaluations of the load centroid.
     pub limit: usize,

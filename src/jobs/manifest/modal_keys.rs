@@ -240,7 +240,7 @@ pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
     }
 }
 
-/// Removes a number of the modal file from its table. Returns whether it was there.
+/// Removes the entry `name` of the modal file, such as `contact.stop.gap`. Returns whether it existed.
 pub(super) fn take_out(tree: &mut Node, name: &str) -> bool {
     let Some(Ok(path)) = tree.entry(ROOT).map(|file| path(&file.node, name)) else {
         return false;

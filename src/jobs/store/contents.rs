@@ -48,9 +48,9 @@ impl Contents {
         if path.join(RECORD).is_file() {
             return Self::Machine;
         }
-        let inside = || fs::read_dir(path).into_iter().flatten().flatten();
+        let entries = || fs::read_dir(path).into_iter().flatten().flatten();
         let is_table = |path: PathBuf| path.extension().is_some_and(|found| found == EXTENSION);
-        if inside().any(|entry| is_table(entry.path())) {
+        if entries().any(|entry| is_table(entry.path())) {
             return Self::Tables;
         }
         let results = |folder: &PathBuf| {
@@ -58,7 +58,7 @@ impl Contents {
                 .iter()
                 .any(|kind| holds(folder, *kind))
         };
-        let mut names: Vec<String> = inside()
+        let mut names: Vec<String> = entries()
             .map(|entry| entry.path())
             .filter(results)
             .filter_map(|folder| Some(folder.file_name()?.to_string_lossy().into_owned()))

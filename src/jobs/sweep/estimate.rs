@@ -73,16 +73,16 @@ pub(super) struct Workload {
 pub(super) fn drawn(of: usize, count: usize) -> Vec<usize> {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let mut taken = HashSet::new();
-    let mut places = Vec::new();
+    let mut indices = Vec::new();
     for k in 0..count.min(of) {
         let start = ((k as f64 + 0.5) * golden).fract() * of as f64;
         // Two draws may coincide; then the next free index is used.
-        let place = (0..of)
+        let index = (0..of)
             .map(|step| (start as usize + step) % of)
-            .find(|place| !taken.contains(place));
-        places.extend(place.inspect(|&place| _ = taken.insert(place)));
+            .find(|index| !taken.contains(index));
+        indices.extend(index.inspect(|&index| _ = taken.insert(index)));
     }
-    places
+    indices
 }
 
 impl Workload {

@@ -11,7 +11,7 @@ use crate::manifest::{CoastSpec, PointSpec};
 use crate::model::{Division, SAME_PHASE, ToothCycles};
 use std::sync::Arc;
 
-/// The divisions of all springs of a mesh, in their order of contact.
+/// The divisions of the mesh cycle for every spring of a mesh. The spring that touches first is the first one.
 pub(super) struct PairDivisions {
     /// Of equal teeth.
     pub alike: Vec<Vec<Division>>,

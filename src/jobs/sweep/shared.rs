@@ -25,7 +25,7 @@ impl<V: Clone> SharedValues<V> {
         }
     }
 
-    /// The value with a description.
+    /// The value kept for a description.
     pub fn get(&self, description: &str) -> Option<V> {
         lock(&self.values).get(description).cloned()
     }

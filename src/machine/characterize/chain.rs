@@ -72,9 +72,8 @@ impl AddressRing {
     #[inline]
     fn next(&self, at: u64) -> u64 {
         let line = std::ptr::with_exposed_provenance::<u64>(at as usize);
-        // SAFETY: every `at` starts as the address of a line on the ring, which `link` wrote and
-        // exposed; the first word of every line on the ring holds another such address, and only
-        // `link` writes to the buffer.
+        // SAFETY: `at` is the address of a line on the ring. `link` wrote these addresses and exposed the buffer. The
+        // first word of every line on the ring is such an address, and only `link` writes to the buffer.
         unsafe { line.read() }
     }
 

@@ -2,7 +2,7 @@
 
 use super::team::TeamResults;
 
-/// Result of one measurement of an item.
+/// The result of one item of the plan in one round.
 #[derive(Debug, Default)]
 pub struct Measured {
     /// Times of a unit of work, for every figure of the item \[s\].

@@ -1,4 +1,4 @@
-//! The results of an item over all rounds.
+//! The results of one item of the plan over all rounds.
 
 use super::error::MeasurementError;
 use super::figure::{Kind, figure, median};

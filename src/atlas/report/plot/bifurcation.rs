@@ -22,7 +22,7 @@ use crate::report::PointSummary;
 use crate::store::TableKind;
 
 /// Height of the strip that shows the kind of motion \[px\].
-const STRIP: f64 = 9.0;
+const STRIP_HEIGHT: f64 = 9.0;
 
 /// Colour of lines at changes of motion.
 const CHANGE: Colour = Colour(0x8c, 0x8c, 0x8c);
@@ -187,7 +187,7 @@ fn strip(canvas: &mut Canvas, panel: &Panel, along: usize, sweep: &Sweep<'_>) {
         .map(|point| (panel.x(point.axis_values[along]), Motion::of(point)))
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let [top, bottom] = [panel.bottom + 1.0, panel.bottom + STRIP];
+    let [top, bottom] = [panel.bottom + 1.0, panel.bottom + STRIP_HEIGHT];
     for (index, &(x, motion)) in points.iter().enumerate() {
         let neighbour = |other: Option<usize>| {
             let other = other.and_then(|other| points.get(other));

@@ -31,7 +31,8 @@ const MOST_DOUBLINGS: u32 = 14;
 /// Number of sampled positions per window.
 const PLACES: usize = 48;
 
-/// Number of steps that narrow the position of the largest load.
+/// Number of steps of the search for the phase at which the load that keeps contact is largest. Each step removes a
+/// third of the interval.
 const NARROWINGS: usize = 80;
 
 /// The depth of the drive flank's contact over a period.
@@ -64,15 +65,17 @@ pub fn onset<F: ParametricDrive>(
 ) -> Result<Option<Onset>, MapError> {
     let mut high = at;
     high[load] = at[load].abs().max(0.5);
-    let mut held = None;
+    let mut orbit_in_contact = None;
     for _ in 0..MOST_DOUBLINGS {
         if let Some(orbit) = in_contact(map, high)? {
-            held = Some(orbit);
+            orbit_in_contact = Some(orbit);
             break;
         }
         high[load] *= 2.0;
     }
-    let Some(one) = held else { return Ok(None) };
+    let Some(one) = orbit_in_contact else {
+        return Ok(None);
+    };
     let mut higher = high;
     higher[load] *= 2.0;
     let Some(other) = in_contact(map, higher)? else {

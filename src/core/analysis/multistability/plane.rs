@@ -51,8 +51,8 @@ pub struct SliceConfig {
     pub of: SliceOf,
     /// Half the side of the slice \[m of mesh deflection\], > 0.
     pub extent: f64,
-    /// Half the height of a phase plane \[m/s of the mesh deflection's rate\], > 0; `None` for the same
-    /// energy as the extent.
+    /// Half the height of a phase plane \[m/s of the mesh deflection's rate\], > 0. With `None`, this rate has the
+    /// energy of a displacement by `extent`.
     pub speed: Option<f64>,
     /// Cells along each side, at least 1.
     pub count: u32,

@@ -2,7 +2,7 @@
 //!
 //! The errors are evaluated at few looks, each after twice as many cycles as the one before. A look ends the
 //! measurement if the requested errors are met and the record is long compared with its correlation time. In
-//! a record shorter than [`SKEWED`] cycles, the distributions of the statistics must not be skewed. Skewness
+//! a record of less than 90 % of [`SKEWED`] cycles, the distributions of the statistics must not be skewed. Skewness
 //! indicates rare bursts to one side, which the record may not contain yet.
 
 use super::instruments::Record;
@@ -16,10 +16,11 @@ use crate::propagate::Kernel;
 /// Minimum length of a record, as a multiple of its correlation time.
 const MEMORIES: f64 = 20.0;
 
-/// Number of measured cycles at and above which skewed statistics are accepted.
+/// Number of measured cycles after which skewed statistics are accepted. 90 % of them are enough, because cycles after
+/// a trajectory left the motion also count against the budget.
 pub(super) const SKEWED: u64 = 80_000;
 
-/// Largest accepted skewness of means over [`SKEW_CYCLES`] cycles in records shorter than [`SKEWED`].
+/// Largest accepted skewness of means over [`SKEW_CYCLES`] cycles in records of less than 90 % of [`SKEWED`] cycles.
 const SKEWNESS: f64 = 0.8;
 
 /// Cycles per mean in the check of skewness.

@@ -263,7 +263,8 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Ends a trajectory on the orbit that `find` finds near it; otherwise leaves it unchanged.
+    /// Ends a trajectory if `find` finds an orbit near it and this orbit attracts it. Otherwise the trajectory stays
+    /// unchanged.
     fn settles(
         &mut self,
         member: &mut EnsembleTrajectory,

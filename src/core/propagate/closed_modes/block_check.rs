@@ -171,7 +171,8 @@ fn open_intervals<V: Vector>(check: &mut BlockCheck<'_>) -> u32 {
     for watched in check.watched.iter_mut() {
         let line_state = &check.line_states[watched.line];
         let crossed = check.crossed.holds(watched.contact);
-        // For a contact that has just crossed its surface, the first interval is checked by its rate.
+        // A contact that has just crossed its surface has margin 0 at the start. `rises` therefore tests the first
+        // interval, with the rate of the margin at the start.
         let looked_at = ((1 << check.count) - 1) & !u32::from(crossed);
         watched.open = looked_at & open::<V>(watched, line_state, check.step, looked_at);
         if crossed {

@@ -243,10 +243,10 @@ impl ClosedModes<'_> {
                 .turn_a_little(remaining, &mut w.spare_inputs);
         } else {
             // The rows do not matter: their products are not used.
-            let (rows, before) = (&system.views[0].rows, parts.before());
+            let (rows, map_to_node) = (&system.views[0].rows, parts.map_to_node());
             advance_to_body::<V>(
                 &system.chunks,
-                before,
+                map_to_node,
                 parts.rest,
                 rows,
                 &w.states,

@@ -25,11 +25,12 @@ pub struct Frequencies {
 impl Frequencies {
     /// The distinct frequencies of a model.
     pub fn new(model: &Model) -> Self {
-        let loads = (model.ripple.iter()).map(|r| [r.angular_frequency, r.turns_per_cycle]);
-        let errors =
+        let load_frequencies =
+            (model.ripple.iter()).map(|r| [r.angular_frequency, r.turns_per_cycle]);
+        let error_frequencies =
             (model.transmission_errors()).map(|h| [h.angular_frequency, h.turns_per_cycle]);
         let mut all: Vec<[f64; 2]> = Vec::new();
-        for frequency in loads.chain(errors) {
+        for frequency in load_frequencies.chain(error_frequencies) {
             if !all.contains(&frequency) {
                 all.push(frequency);
             }

@@ -170,7 +170,7 @@ impl<'s> SplitTime<'s> {
 
     /// The map of a state to the node; `None` at the start of the block.
     #[inline(always)]
-    pub fn before(&self) -> Option<&'s [BlockPropagator]> {
+    pub fn map_to_node(&self) -> Option<&'s [BlockPropagator]> {
         if self.node == 0 { None } else { Some(self.system.moves_to(self.node)) }
     }
 
@@ -179,8 +179,8 @@ impl<'s> SplitTime<'s> {
     pub fn pushed(&self, index: usize) -> (&'s Drift, [f64; 2]) {
         let Self { system, node, rest } = *self;
         let (drift, pushes) = (&system.steady.drifts[index], &system.pushes[index]);
-        let before = if node == 0 { [0.0; 2] } else { pushes[node - 1] };
-        (drift, drift.pushed(before, rest))
+        let pushed_to_node = if node == 0 { [0.0; 2] } else { pushes[node - 1] };
+        (drift, drift.pushed(pushed_to_node, rest))
     }
 
     /// The turns of the inputs up to the node; `None` at the start of the block.
@@ -235,7 +235,7 @@ fn margin_body<V: Vector>(of: &mut ContactMargin<'_, '_>, time: f64) -> [f64; 3]
     let parts = SplitTime::new(kernel, system, time);
     let mut values = advance_to_body::<V>(
         &system.chunks,
-        parts.before(),
+        parts.map_to_node(),
         parts.rest,
         &view.rows,
         &w.states,

@@ -12,7 +12,7 @@ pub struct Slot<'m> {
     pub states: Vec<usize>,
     /// Its coordinates.
     pub basis: Arc<Basis<'m>>,
-    /// Tables that advance these coordinates.
+    /// Tables that advance the coordinates of `basis`.
     pub system: System,
     /// Series of the deflections along each line on a block, if windows are shown.
     pub series: OnceLock<Vec<Series>>,

@@ -68,7 +68,8 @@ pub struct JointWindow<'a> {
 }
 
 impl JointWindow<'_> {
-    /// Forces of all columns, and the trajectory's motion along every line.
+    /// Solves the window. Writes the contact forces of all columns (the trajectory, then its tangents) to
+    /// `joint.forces`. Writes the trajectory's deflection along every line of the stretch to `solutions`.
     pub fn solve(
         &self,
         inputs: &[f64],

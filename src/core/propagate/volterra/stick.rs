@@ -146,17 +146,17 @@ impl Volterra<'_> {
             let half = 0.5 * self.tables.windows[track.views()[0].window].delta;
             let rate = evaluate(&legendre::derivative(&sliding.force), found.x) / half;
             let changes = self.changes_of_force(friction, *context.active, found.x, workspace);
-            workspace.shifts = changes.iter().map(|change| -change / rate).collect();
-        } else if workspace.shifted != (context.position.cycle, context.position.time) {
-            workspace.shifts.clear();
+            workspace.delays = changes.iter().map(|change| -change / rate).collect();
+        } else if workspace.delays_from != (context.position.cycle, context.position.time) {
+            workspace.delays.clear();
         }
         self.move_to_event(found.x, track, &mut context, workspace);
         let time = context.position.time;
-        workspace.shifted = (context.position.cycle, time);
+        workspace.delays_from = (context.position.cycle, time);
         context.toggle(found.contact, 0.0, time)?;
         let mut lost = force - side * friction.force;
         if !sticks {
-            workspace.shifts = self.delays(friction, force, workspace);
+            workspace.delays = self.delays(friction, force, workspace);
             lost = 0.0;
             if side * self.force_to_stick(friction, &context, workspace) < -friction.static_force {
                 lost = 2.0 * side * friction.force;
@@ -189,13 +189,13 @@ impl Volterra<'_> {
     /// Changes every tangent by the force \[N\] that an element loses at an event, times the delay of the
     /// tangent.
     fn shift(&self, friction: DryFriction, lost: f64, workspace: &mut Workspace) {
-        let shifts = std::mem::take(&mut workspace.shifts);
+        let delays = std::mem::take(&mut workspace.delays);
         let tangents = workspace.columns_in_parts().skip(1);
-        for (column, shift) in tangents.zip(&shifts) {
+        for (column, delay) in tangents.zip(&delays) {
             self.model
-                .push_along(friction.direction, lost * shift, column);
+                .push_along(friction.direction, lost * delay, column);
         }
-        workspace.shifts = shifts;
+        workspace.delays = delays;
     }
 
     /// Whether a stick is at the limit of static friction at the start of a window.

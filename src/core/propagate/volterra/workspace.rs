@@ -31,9 +31,9 @@ pub struct Workspace {
     /// Memory for windows with several closed contacts.
     pub joint: JointWorkspace,
     /// Delay of the last event of dry friction for every tangent \[s\].
-    pub shifts: Vec<f64>,
+    pub delays: Vec<f64>,
     /// Cycle and time of that event.
-    pub shifted: (u64, f64),
+    pub delays_from: (u64, f64),
     /// The position where a window was cut.
     pub cut: Cut,
     /// Factors of the present window, if its stiffness varies off the grid.
@@ -53,8 +53,8 @@ impl Workspace {
             solutions: vec![Solution::ZERO; model.lines.len()],
             segments: model.segments_at(0, 0.0),
             joint: JointWorkspace::default(),
-            shifts: Vec::new(),
-            shifted: (u64::MAX, 0.0),
+            delays: Vec::new(),
+            delays_from: (u64::MAX, 0.0),
             cut: Cut::new(layout.padded / LANES),
             factors: Factors::NONE,
         }
@@ -158,7 +158,7 @@ impl Workspace {
     pub fn load(&mut self, trajectory: &TrajectoryState, tangents: &Tangents) {
         self.count = 1 + tangents.count();
         // Delays of another trajectory do not apply.
-        self.shifted = (u64::MAX, 0.0);
+        self.delays_from = (u64::MAX, 0.0);
         if self.forces.len() < self.count {
             self.forces.resize(self.count, Row::ZERO);
             self.columns.resize(self.count * self.length, 0.0);

@@ -110,7 +110,7 @@ fn loaded_lengths_are_those_of_the_pattern() {
     }
 }
 
-/// Without a force flanks touch where the gap is smallest, for any coupling of slices.
+/// Without a force, the flanks of spur gears touch where the gap is smallest, with coupled and with independent slices.
 #[test]
 fn without_a_force_flanks_touch_at_an_end_of_the_face() {
     for sharing in &askew(4e-4)[..2] {

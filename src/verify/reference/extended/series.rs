@@ -46,7 +46,7 @@ pub(super) struct StepSeries {
 
 impl StepSeries {
     /// Coefficients of the push of a contact \[N\], `k (s δ − b) + c (s δ' − b')`, from the coefficients
-    /// `indentation` of `s δ − b`, over a step of some length \[s\]. The result has one coefficient less than
+    /// `indentation` of `s δ − b`, over a step of some length \[s\]. The result has one coefficient fewer than
     /// `indentation`.
     pub fn push(
         &self,

@@ -295,7 +295,7 @@ impl Curve {
                     .and_then(|other| places.get(other))
                     .is_some_and(|place| !place[1].is_nan())
             };
-            // A value without neighbours is not on a line, so that it always gets a full marker.
+            // A value without neighbours is not on a line. It therefore always gets a mark, on dense curves a dot.
             let lonely = !joined(i.checked_sub(1)) && !joined(Some(i + 1));
             let small = dense && (self.scattered || count % every != every / 2);
             if !small || lonely || self.scattered {

@@ -1,4 +1,4 @@
-//! `[analyses]`.
+//! The keys of the table `[analyses]`.
 
 use crate::manifest::schema::key::{
     ANY, Key, Kind, LARGEST_COUNT, POSITIVE, bounds, choice, integer, key, quantity, table,

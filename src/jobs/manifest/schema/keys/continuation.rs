@@ -1,4 +1,4 @@
-//! `[continuation]`.
+//! The keys of the table `[continuation]`.
 
 use crate::manifest::schema::key::{
     ANY, Key, Kind, LARGEST_COUNT, bounds, choice, integer, key, quantity, table,

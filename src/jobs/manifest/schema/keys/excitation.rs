@@ -1,4 +1,4 @@
-//! `[excitation]`.
+//! The keys of the table `[excitation]`.
 
 use crate::manifest::schema::key::{
     ANY, Key, Kind, NON_NEGATIVE, POSITIVE, choice, integer, key, quantity, table,

@@ -1,4 +1,4 @@
-//! `[gear]`.
+//! The keys of the table `[gear]`.
 
 use crate::manifest::schema::key::{
     ANY, Bounds, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity, table,

@@ -1,4 +1,4 @@
-//! `[job]`.
+//! The keys of the table `[job]`.
 
 use crate::manifest::schema::key::{ANY, Key, Kind, integer, key, table};
 

@@ -1,4 +1,4 @@
-//! `[mesh]`.
+//! The keys of the table `[mesh]`.
 
 use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, NON_NEGATIVE, POSITIVE, bounds, choice, integer, key, quantity,

@@ -1,4 +1,4 @@
-//! `[model]`.
+//! The keys of the table `[model]`.
 
 use crate::manifest::schema::key::{
     ANY, BELOW_ONE, Key, Kind, POSITIVE, choice, integer, key, quantity, table,

@@ -1,4 +1,4 @@
-//! `[run]`.
+//! The keys of the table `[run]`.
 
 use crate::manifest::schema::key::{
     ANY, Key, Kind, LARGEST_COUNT, choice, integer, key, quantity, table,

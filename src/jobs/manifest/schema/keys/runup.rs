@@ -1,4 +1,4 @@
-//! `[runup]`.
+//! The keys of the table `[runup]`.
 
 use super::analyses::SIGNALS;
 use crate::manifest::schema::key::{

@@ -325,9 +325,10 @@ fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
 
 /// Phase of the ring's mesh with the first planet, relative to the mesh of a driving sun with this planet.
 ///
-/// The sun drives with the leading flank of its tooth. The planet's space is therefore on the line of centres half the
-/// backlash after the sun's tooth. On the opposite side of the planet, half its teeth farther, there is again a space
-/// if their number is even, otherwise a tooth.
+/// The sun drives with the leading flank of its tooth, so the backlash is behind this tooth. A space of the planet is
+/// therefore on the line of centres later than the sun's tooth, by the time for half the backlash. The ring is on the
+/// opposite side of the planet, half a turn farther. If the planet has an even number of teeth, a space is there at
+/// this time, otherwise a tooth.
 fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     let space = sun.tooth_phase().ok()? + 0.5 * sun.action_backlash().ok()? / sun.base_pitch();
     let tooth = if sun.teeth[1].is_multiple_of(2) { space + 0.5 } else { space };
