@@ -6,7 +6,7 @@ use crate::point::Point;
 use crate::table::{Table, with_unit};
 use arrow_array::{ArrayRef, BooleanArray, Float64Array, RecordBatch, UInt64Array};
 use arrow_schema::{DataType, Schema};
-use gearatlas::model::{InitialState, Model};
+use gearatlas::model::{InitialState, ModelDerivative};
 use gearatlas::propagate::Event;
 use gearatlas::store::TableStore;
 use gearatlas::sweep::{self, MapConfig, MapError, MapImage, MapTangents, Prepared, WORKER};
@@ -269,7 +269,7 @@ impl CycleMap {
     }
 
     /// The derivatives of the model by keys of the manifest.
-    fn derivatives(&self, py: Python<'_>, keys: &[String]) -> PyResult<Vec<Model>> {
+    fn derivatives(&self, py: Python<'_>, keys: &[String]) -> PyResult<Vec<ModelDerivative>> {
         let point = self.point.get();
         let derivative = |key: &String| {
             let parameter = point.parameter(py, key)?;

@@ -5,7 +5,7 @@
 
 use gearatlas::analysis::continuation::drive::ParametricDrive;
 use gearatlas::analysis::continuation::map::MapParameters;
-use gearatlas::model::{Division, Drive, Model, OperatingPoint, Release};
+use gearatlas::model::{Division, Drive, Model, ModelDerivative, OperatingPoint, Release};
 use gearatlas::structure::{Coupling, HarmonicLoad, ModalStructure};
 
 /// Distance that keeps the oscillator away from the other flank.
@@ -67,7 +67,7 @@ impl ParametricDrive for Stopped {
         self.with(structure, at)
     }
 
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String> {
         difference(self, at, axis)
     }
 
@@ -88,7 +88,7 @@ impl ParametricDrive for Whirling {
         own.with(structure, at)
     }
 
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String> {
         difference(self, at, axis)
     }
 
@@ -102,7 +102,7 @@ fn difference(
     family: &impl ParametricDrive,
     at: MapParameters,
     axis: usize,
-) -> Result<Model, String> {
+) -> Result<ModelDerivative, String> {
     let h = 1e-3;
     let models: Vec<(f64, Model)> = [
         (0.0, 0.0),

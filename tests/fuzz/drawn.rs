@@ -181,6 +181,7 @@ impl Drawn {
                 harmonic_loads: Vec::new(),
                 meshes: Vec::new(),
                 shafts: Vec::new(),
+                shapes: None,
             },
             drive: Drive {
                 coast: None,

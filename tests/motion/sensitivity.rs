@@ -6,7 +6,7 @@
 use gearatlas::analysis::continuation::drive::ParametricDrive;
 use gearatlas::analysis::sensitivity::tangent::ParameterTangent;
 use gearatlas::manifest::{self, Job};
-use gearatlas::model::{InitialState, Model, TrajectoryState};
+use gearatlas::model::{InitialState, Model, ModelDerivative, TrajectoryState};
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::reference::Extended;
 use gearatlas::store::TableStore;
@@ -60,7 +60,12 @@ fn start(model: &Model, cycles: u64) -> TrajectoryState {
     state
 }
 
-fn tangent(model: &Model, by: &Model, start: &TrajectoryState, cycles: u64) -> (Vec<f64>, u64) {
+fn tangent(
+    model: &Model,
+    by: &ModelDerivative,
+    start: &TrajectoryState,
+    cycles: u64,
+) -> (Vec<f64>, u64) {
     let kernel = Volterra::new(model, f64::EPSILON, 1000);
     let mut tangent =
         ParameterTangent::new(model, by, &start.state, vec![0.0; start.state.len()], ());
@@ -105,13 +110,12 @@ fn differences(
     for (steps, weight) in [(1.0, 45.0), (2.0, -9.0), (3.0, 1.0)] {
         for side in [1.0, -1.0] {
             let model = family.model([at[0] + side * steps * step, at[1]]).unwrap();
-            let blocks = model.basis.state_from(&base.basis, &start.state);
-            let own = TrajectoryState::new(&model, blocks, start.cycle);
+            let change = model.basis.change_to(&base.basis).unwrap();
+            let own = TrajectoryState::new(&model, change.undo(&start.state), start.cycle);
             let passage = Extended::new(&model).advance(&own, cycles).unwrap();
             counts.push(passage.crossings.len());
             let end: Vec<f64> = passage.state.iter().map(|x| x.value()).collect();
-            let end = base.basis.state_from(&model.basis, &end);
-            for (sum, x) in sum.iter_mut().zip(end) {
+            for (sum, x) in sum.iter_mut().zip(change.apply(&end)) {
                 *sum += side * weight / (60.0 * step) * x;
             }
         }

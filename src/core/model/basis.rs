@@ -9,7 +9,8 @@
 use super::error::ModelError;
 use super::{Block, MeshGain};
 use crate::numerics::decoupling::decouple;
-use crate::structure::ModalStructure;
+use crate::structure::{ModalStructure, ModeShapes};
+use std::sync::Arc;
 
 /// Generator matrix of each block, row by row.
 type Generators = Vec<[[f64; 2]; 2]>;
@@ -29,6 +30,8 @@ pub struct Basis {
     /// Number of blocks of dry sliders after those of the modes. They count as modes of the model; the
     /// structure does not have them.
     sliders: usize,
+    /// Shapes of the structure's modes; `None` for modes without parts.
+    shapes: Option<Arc<ModeShapes>>,
 }
 
 /// Coupled modes, in the rotated rigid motions and the elastic modes.
@@ -67,6 +70,7 @@ impl Basis {
             contact_free,
             coupled: None,
             sliders: 0,
+            shapes: structure.shapes.clone(),
         };
         let damped = structure.frequency.iter().zip(&structure.damping);
         let modes = damped.map(|(&frequency, &ratio)| Block::mode(frequency, ratio, 0.0).generator);
@@ -122,9 +126,19 @@ impl Basis {
         self.coupled.as_ref()
     }
 
-    /// As [`Self::coupled`], to change it.
-    pub(super) fn coupled_mut(&mut self) -> Option<&mut Coupled> {
-        self.coupled.as_mut()
+    /// Number of blocks of dry sliders.
+    pub(super) fn sliders(&self) -> usize {
+        self.sliders
+    }
+
+    /// Shapes of the structure's modes; `None` for modes without parts.
+    pub(super) fn shapes(&self) -> Option<&Arc<ModeShapes>> {
+        self.shapes.as_ref()
+    }
+
+    /// Whether the rotated modes are those of another basis.
+    pub(super) fn has_modes_of(&self, other: &Self) -> bool {
+        self.turned == other.turned && self.shapes == other.shapes
     }
 
     /// Indices of the structure's rigid modes.
@@ -283,29 +297,6 @@ impl Basis {
         match &self.coupled {
             None => state.to_vec(),
             Some(coupled) => times(&coupled.to_modes, state),
-        }
-    }
-
-    /// Whether states have the same meaning in both bases.
-    pub fn has_states_of(&self, other: &Self) -> bool {
-        let [own, other] = [self, other].map(|basis| basis.coupled.as_ref().map(|c| &c.to_modes));
-        own == other
-    }
-
-    /// The state with the same modal displacements and velocities as a state in another basis.
-    pub fn state_from(&self, other: &Self, state: &[f64]) -> Vec<f64> {
-        if self.has_states_of(other) {
-            return state.to_vec();
-        }
-        self.state_of_turned(&other.turned_modes(state))
-    }
-
-    /// `T⁻¹ T_p z` with the derivative `by` of this basis: the rate at which the modal displacements and
-    /// velocities of a constant state change with the parameter, as a state.
-    pub fn turning(&self, by: &Self, state: &[f64]) -> Vec<f64> {
-        match &by.coupled {
-            None => vec![0.0; state.len()],
-            Some(_) => self.state_of_turned(&by.turned_modes(state)),
         }
     }
 

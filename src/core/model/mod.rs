@@ -16,7 +16,6 @@
 //! or close; the damper ignores the step. Any number of contacts may be closed at once. A time is an integer
 //! number of mesh cycles and a time within the cycle, so that long runs lose no digits.
 
-mod alignment;
 mod assembly;
 mod basis;
 mod bearing;
@@ -46,6 +45,7 @@ mod rest;
 mod rolling;
 mod slider;
 mod sliding;
+mod state_change;
 mod sticking;
 mod stiffness;
 mod stop;
@@ -63,7 +63,7 @@ pub use breakpoints::OUT_OF_REACH;
 pub use contact::{
     ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, FlankState, MOST_CONTACTS, SEVERAL_CONTACTS,
 };
-pub use derivative::ShapeChange;
+pub use derivative::{ModelDerivative, ShapeChange};
 pub use direction::{Direction, Line};
 pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, ImposedMotion, OperatingPoint, SAME_PHASE,
@@ -81,6 +81,7 @@ pub use output::{NamedMesh, Output, Quantity};
 pub use release::Release;
 pub use rolling::Rolling;
 pub use slider::Slider;
+pub use state_change::StateChange;
 pub use stiffness::{STIFFNESS_TERMS, Stiffness};
 pub use stop::{Constraint, Stop};
 pub use system::Model;

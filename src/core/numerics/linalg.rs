@@ -138,6 +138,20 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     x
 }
 
+/// Inverse of a matrix, column by column ([`solve`]).
+pub fn inverse(matrix: MatRef<'_, f64>) -> Mat<f64> {
+    let n = matrix.nrows();
+    let mut inverse = Mat::zeros(n, n);
+    for j in 0..n {
+        let mut unit = vec![0.0; n];
+        unit[j] = 1.0;
+        for (i, value) in solve(matrix, &unit).into_iter().enumerate() {
+            inverse[(i, j)] = value;
+        }
+    }
+    inverse
+}
+
 /// A power of two near the largest entry of a matrix, if products of its entries could underflow or
 /// overflow; otherwise 1.
 fn unit(largest: f64) -> f64 {

@@ -4,6 +4,7 @@ mod dry_friction;
 mod friction_part;
 mod mesh_harmonic;
 mod modal;
+mod mode_shapes;
 mod slider;
 mod slider_part;
 mod static_share;
@@ -18,6 +19,7 @@ pub use modal::{
     MOST_RATIO_CYCLES, ModalStructure, ModeCount, MotionKind, PlaceMotion, StructureContact,
     TorqueGain, TurningFrame,
 };
+pub use mode_shapes::ModeShapes;
 pub use slider_part::SliderPart;
 pub use static_share::OmittedModeForces;
 pub use stop_part::StopPart;

@@ -1,6 +1,9 @@
 //! Which quantities describe a linear structure? Frequencies, damping, participations.
 
-use crate::structure::{FrictionPart, MeshHarmonic, OmittedModeForces, SliderPart, StopPart};
+use crate::structure::{
+    FrictionPart, MeshHarmonic, ModeShapes, OmittedModeForces, SliderPart, StopPart,
+};
+use std::sync::Arc;
 
 /// Largest p and largest q of a contact that has p cycles in q cycles of the first mesh. Its tables grow with
 /// p and q.
@@ -106,6 +109,9 @@ pub struct ModalStructure {
     /// cycles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shafts: Vec<(String, [u32; 2])>,
+    /// Shapes of the modes, if the structure has parts.
+    #[serde(skip)]
+    pub shapes: Option<Arc<ModeShapes>>,
 }
 
 /// A load `force cos(2π turns_per_cycle t/T + phase)` with the mesh period T.
@@ -496,6 +502,7 @@ impl ModalStructure {
             harmonic_loads: Vec::new(),
             meshes: Vec::new(),
             shafts: Vec::new(),
+            shapes: None,
         }
     }
 
@@ -695,6 +702,7 @@ impl ModalStructure {
             load_by_speed: keep_any(&self.load_by_speed),
             meshes: self.meshes.clone(),
             shafts: self.shafts.clone(),
+            shapes: (self.shapes.as_ref()).map(|shapes| Arc::new(shapes.truncated(retained))),
             harmonic_loads: (self.harmonic_loads.iter())
                 .map(|load| HarmonicLoad {
                     force: keep(&load.force),
@@ -760,6 +768,7 @@ mod tests {
             load_by_speed: Vec::new(),
             meshes: Vec::new(),
             shafts: Vec::new(),
+            shapes: None,
             harmonic_loads: vec![HarmonicLoad {
                 name: "shaker".to_owned(),
                 force: column(8.0),

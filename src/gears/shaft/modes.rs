@@ -17,10 +17,11 @@ mod lanczos;
 mod pencil;
 mod statics;
 
+use super::assembly::AssembledMatrices;
 use super::banded::Banded;
 use super::error::ShaftError;
 use crate::numerics::linalg::{cholesky, product, solve_lower, solve_upper, symmetric_eigen};
-use crate::structure::ModeCount;
+use crate::structure::{ModeCount, ModeShapes};
 use faer::{Mat, MatRef};
 use pencil::Pencil;
 
@@ -143,6 +144,24 @@ impl Modes {
     /// Natural frequencies ω \[rad/s\].
     pub fn frequencies(&self) -> Vec<f64> {
         self.squared_frequency.iter().map(|s| s.sqrt()).collect()
+    }
+
+    /// Shapes of the modes in all freedoms. `to_structure_modes` converts values per mode.
+    pub fn in_freedoms(
+        &self,
+        matrices: &AssembledMatrices,
+        to_structure_modes: impl Fn(&mut [f64]),
+    ) -> ModeShapes {
+        let row = |freedom: usize| {
+            let mut row: Vec<f64> = self.shape.row(freedom).iter().copied().collect();
+            to_structure_modes(&mut row);
+            row
+        };
+        let freedoms = 0..self.shape.nrows();
+        ModeShapes {
+            inertia: freedoms.clone().map(|i| matrices.mass[(i, i)]).collect(),
+            shapes: freedoms.map(row).collect(),
+        }
     }
 
     /// Value of a linear functional of the freedoms in every mode.

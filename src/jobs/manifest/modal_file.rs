@@ -139,6 +139,7 @@ fn read(root: &Section) -> Option<ModalStructure> {
         harmonic_loads: harmonic_loads?,
         meshes: Vec::new(),
         shafts: Vec::new(),
+        shapes: None,
     })
 }
 

@@ -12,7 +12,7 @@ use crate::analysis::continuation::drive::ParametricDrive;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
 use crate::analysis::{EnergyNorm, excitation_period};
 use crate::manifest::{Job, Parameter, PointSpec};
-use crate::model::{InitialState, Model, TrajectoryState};
+use crate::model::{InitialState, Model, ModelDerivative, TrajectoryState};
 use crate::propagate::{
     Counters, Event, Interruptible, Kernel, KernelChoice, KernelSetting, KernelUse, Observer, Stop,
     Tangents, Volterra, Window,
@@ -88,7 +88,7 @@ pub struct MapConfig<'a> {
     /// Tangents of each state.
     pub tangents: MapTangents<'a>,
     /// Derivatives of the model ([`CycleMap::derivative`]), by which the map is differentiated at fixed mesh phase.
-    pub by: &'a [Model],
+    pub by: &'a [ModelDerivative],
     /// Whether events are recorded.
     pub events: bool,
     /// Threads of the current rayon pool that share the work; a single one computes on the calling thread.
@@ -182,7 +182,7 @@ impl CycleMap {
         job: &Job,
         parameter: Parameter,
         fixed_values: &[(Parameter, f64)],
-    ) -> Result<Model, MapError> {
+    ) -> Result<ModelDerivative, MapError> {
         let parameters = vec![parameter];
         let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts)
             .holding(fixed_values);
@@ -322,7 +322,7 @@ impl MapRequest<'_> {
                     state.copy_from_slice(&trajectory.state);
                     self.write_tangents(&tangents, ends);
                     for (column, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
-                        column.copy_from_slice(&tangent.state());
+                        column.copy_from_slice(tangent.state());
                     }
                 }
                 Err(stop) => {
@@ -382,7 +382,7 @@ struct MapObservers<'a> {
 impl<'a> MapObservers<'a> {
     fn new(mapping: &MapRequest<'a>, start: &TrajectoryState) -> Self {
         let config = mapping.config;
-        let tangent_of = |by: &'a Model| {
+        let tangent_of = |by: &'a ModelDerivative| {
             let zero = vec![0.0; start.state.len()];
             ParameterTangent::new(mapping.model, by, &start.state, zero, ())
         };

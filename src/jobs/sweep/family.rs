@@ -4,7 +4,7 @@ use super::parts::Prepared;
 use crate::analysis::continuation::drive::ParametricDrive;
 use crate::analysis::continuation::map::MapParameters;
 use crate::manifest::{Parameter, PointResolver, PointSpec};
-use crate::model::{Model, ShapeChange};
+use crate::model::{Model, ModelDerivative, ShapeChange};
 
 /// Steps of difference quotients of models, relative to the parameter's size, in the order of attempts. A smaller step
 /// is tried if the model's shape changes within a larger one.
@@ -114,7 +114,7 @@ impl<'a> PointFamily<'a> {
         axis: usize,
         step: f64,
         offsets: &[(f64, f64)],
-    ) -> Result<Result<Model, ShapeChange>, String> {
+    ) -> Result<Result<ModelDerivative, ShapeChange>, String> {
         let models: Vec<(f64, Model)> = (offsets.iter())
             .map(|&(steps, weight)| {
                 let mut there = at;
@@ -136,7 +136,7 @@ impl ParametricDrive for PointFamily<'_> {
 
     /// Difference quotients of models, of the sixth order: every segment of a model depends smoothly on its
     /// parameters. If a parameter may change in one direction only, the quotient is one-sided.
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String> {
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String> {
         let central: Vec<(f64, f64)> = (1..)
             .zip(CENTRAL)
             .flat_map(|(i, w)| [(f64::from(i), w), (-f64::from(i), -w)])

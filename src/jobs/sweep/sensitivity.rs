@@ -12,7 +12,7 @@ use crate::analysis::{
     Class, EndedEarly, EnergyNorm, Interrupted, PointOutcome, Status, investigate_onward,
 };
 use crate::manifest::{Job, Parameter, PointSpec};
-use crate::model::{Model, TrajectoryState};
+use crate::model::{Model, ModelDerivative, TrajectoryState};
 use crate::numerics::random::PointSeed;
 use crate::propagate::{Counters, Kernel, KernelUse, Stop};
 use rayon::prelude::*;
@@ -203,7 +203,7 @@ impl KernelUse for Settle<'_> {
 #[derive(Clone)]
 struct Orbit<'a> {
     model: &'a Model,
-    by: &'a Model,
+    by: &'a ModelDerivative,
     start: &'a TrajectoryState,
     period: u32,
 }
@@ -237,9 +237,10 @@ impl KernelUse for Orbit<'_> {
     }
 }
 
-/// A state of the model `other` as a state of `model`.
+/// A state of the model `other` as a state of `model`; unchanged if the two have nothing in common.
 fn state_in(model: &Model, other: &Model, state: &TrajectoryState) -> TrajectoryState {
-    let blocks = model.basis.state_from(&other.basis, &state.state);
+    let change = model.basis.change_to(&other.basis);
+    let blocks = change.map_or_else(|_| state.state.clone(), |change| change.undo(&state.state));
     TrajectoryState::new(model, blocks, state.cycle)
 }
 

@@ -7,7 +7,7 @@ use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
 use crate::analysis::recurrence::excitation_period;
 use crate::analysis::sensitivity::tangent::ParameterTangent;
-use crate::model::{Basis, Model, TrajectoryState};
+use crate::model::{Basis, Model, ModelDerivative, StateChange, TrajectoryState};
 use crate::propagate::{Counters, Interruptible, Kernel, Observer, Volterra};
 use faer::Mat;
 use std::sync::atomic::AtomicBool;
@@ -28,7 +28,7 @@ pub trait ParametricDrive {
     ///
     /// # Errors
     /// The reason why there is no derivative.
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<Model, String>;
+    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String>;
 
     /// Largest number of events allowed in a mesh cycle.
     fn event_limit(&self) -> u32;
@@ -42,8 +42,7 @@ static NEVER: AtomicBool = AtomicBool::new(false);
 pub struct DriveMap<'f, F> {
     family: &'f F,
     interrupt: &'f AtomicBool,
-    /// The basis of the first model. Coordinates are those of its states, because the coupled modes change with the
-    /// parameters.
+    /// The basis of the first model. Coordinates are those of its states, because the modes change with the parameters.
     basis: Basis,
     /// The norm of the first model.
     norm: EnergyNorm,
@@ -63,12 +62,21 @@ struct CurrentModel {
     at: MapParameters,
     kernel: Volterra<'static>,
     norm: EnergyNorm,
+    /// To states of the first model.
+    change: StateChange,
     workspace: <Volterra<'static> as Kernel>::Workspace,
 }
 
 impl CurrentModel {
-    fn new(family: &impl ParametricDrive, at: MapParameters) -> Result<Self, MapError> {
+    /// The model, with the change to states of `first`, or of itself.
+    fn new(
+        family: &impl ParametricDrive,
+        at: MapParameters,
+        first: Option<&Basis>,
+    ) -> Result<Self, MapError> {
         let model = family.model(at).map_err(MapError::NoModel)?;
+        let change = model.basis.change_to(first.unwrap_or(&model.basis));
+        let change = change.map_err(|change| MapError::NoModel(change.to_string()))?;
         let norm = EnergyNorm::new(&model);
         let kernel = Volterra::of(model, f64::EPSILON, family.event_limit());
         let workspace = kernel.workspace();
@@ -76,6 +84,7 @@ impl CurrentModel {
             at,
             kernel,
             norm,
+            change,
             workspace,
         })
     }
@@ -87,7 +96,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
     /// # Errors
     /// [`MapError`] if there is no model, or if the excitation is not periodic.
     pub fn new(family: &'f F, at: MapParameters) -> Result<Self, MapError> {
-        let built = CurrentModel::new(family, at)?;
+        let built = CurrentModel::new(family, at, None)?;
         let unit = excitation_period(built.kernel.model()).ok_or(MapError::NeverRepeats)?;
         let norm = built.norm.clone();
         let weighted = norm.weighted_components().to_vec();
@@ -127,9 +136,9 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         if self.built.at == at {
             return Ok(());
         }
-        let built = CurrentModel::new(self.family, at)?;
+        let built = CurrentModel::new(self.family, at, Some(&self.basis))?;
         let (own, weighted) = (built.norm.weighted_components(), &self.weighted);
-        let same_states = self.basis.has_states_of(&built.kernel.model().basis);
+        let same_states = built.change == StateChange::Same;
         if own.len() != weighted.len() || (same_states && own != weighted) {
             return Err(MapError::NoModel(
                 "the number of relevant modes changes with the parameter".to_owned(),
@@ -143,8 +152,9 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
     /// The unknowns of Newton's method for a state of the current model: the components with weight in the energy norm
     /// of the first model, scaled.
     pub fn coordinates(&self, state: &[f64]) -> Vec<f64> {
-        let own = &self.built.kernel.model().basis;
-        let mut state = self.basis.state_from(own, state);
+        let mut state = state.to_vec();
+        self.built.norm.project(&mut state);
+        let mut state = self.built.change.apply(&state);
         self.norm.project(&mut state);
         self.weighted
             .iter()
@@ -165,7 +175,7 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         for ((&i, scale), u) in self.weighted.iter().zip(&self.scales).zip(u) {
             state[i] = u / scale;
         }
-        model.basis.state_from(&self.basis, &state)
+        self.built.change.undo(&state)
     }
 
     /// A monodromy matrix of the current model, in the coordinates of the map.
@@ -249,7 +259,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             workspace,
             &mut counters,
         )?;
-        if self.basis.has_states_of(&self.built.kernel.model().basis) {
+        if self.built.change == StateChange::Same {
             let weights = self.built.norm.weights();
             let weighted = self.weighted.iter().zip(&self.scales);
             let ratios: Vec<f64> = weighted.map(|(&i, scale)| scale / weights[i]).collect();
@@ -292,7 +302,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
             &mut tangent,
             &mut Counters::default(),
         )?;
-        let end = tangent.state();
+        let end = tangent.state().to_vec();
         Ok(self.coordinates(&end))
     }
 

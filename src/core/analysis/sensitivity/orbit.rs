@@ -9,7 +9,7 @@ use super::tangent::ParameterTangent;
 use crate::analysis::modal_series::{Series, TERMS, integral};
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
-use crate::model::{Model, TrajectoryState};
+use crate::model::{Model, ModelDerivative, TrajectoryState};
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms24};
 use crate::numerics::linalg::solve;
 use crate::numerics::roots::sign_changes;
@@ -51,7 +51,7 @@ pub struct Derivative {
 /// [`Stop`] as for any integration.
 pub fn derivatives<K: Kernel>(
     model: &Model,
-    by: &Model,
+    by: &ModelDerivative,
     kernel: &K,
     start: &TrajectoryState,
     period: u32,
@@ -79,7 +79,7 @@ pub fn derivatives<K: Kernel>(
         &mut Counters::default(),
     )?;
     let zero = vec![0.0; start.state.len()];
-    let moved = norm.difference(&map.state(), &zero);
+    let moved = norm.difference(map.state(), &zero);
     let n = moved.len();
     let system = Mat::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - matrix[(i, j)]);
     let along = solve(system.as_ref(), &moved);

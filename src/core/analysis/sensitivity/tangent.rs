@@ -20,7 +20,7 @@
 
 use super::derivative_observer::{DerivativeObserver, WindowDerivative};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
-use crate::model::{Block, Contact, Direction, Model, Segment};
+use crate::model::{Block, Contact, Direction, Model, ModelDerivative, Segment};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms24};
 use crate::numerics::linalg::solve;
@@ -42,6 +42,8 @@ const IMPULSE_RESPONSE_TERMS: usize = 32;
 pub struct ParameterTangent<'m, W> {
     model: &'m Model,
     by: &'m Model,
+    /// Entries `(row, column, value)` of the derivative of the generator between different blocks.
+    between_blocks: Vec<(usize, usize, f64)>,
     /// y, first components of all blocks, then second ones.
     state: Vec<f64>,
     /// T_p/T.
@@ -69,22 +71,28 @@ struct Closed<'a> {
 }
 
 impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
-    /// The derivative of a trajectory that starts at `x`, with the initial value `start` (both of length 2N) as
-    /// [`Self::state`]. `by` is the derivative of the model with respect to the parameter ([`Model::combined`]).
+    /// The derivative of a trajectory that starts at `x`, with the initial value y = `start` (both of length
+    /// 2N). `by` is the derivative of the model with respect to the parameter ([`Model::combined`]).
     pub fn new(
         model: &'m Model,
-        by: &'m Model,
+        by: &'m ModelDerivative,
         x: &[f64],
-        mut start: Vec<f64>,
+        start: Vec<f64>,
         witness: W,
     ) -> Self {
-        let turning = model.basis.turning(&by.basis, x);
-        start.iter_mut().zip(turning).for_each(|(y, t)| *y -= t);
+        let entries = by.between_blocks.iter().flat_map(|matrix| {
+            let columns = matrix.col_iter().enumerate();
+            columns.flat_map(|(j, column)| {
+                let entries = column.iter().enumerate();
+                entries.map(move |(i, value)| (i, j, *value))
+            })
+        });
         Self {
             model,
-            by,
+            by: &by.numbers,
+            between_blocks: entries.filter(|(.., value)| *value != 0.0).collect(),
             state: start,
-            stretch: by.period() / model.period(),
+            stretch: by.numbers.period() / model.period(),
             end: x.to_vec(),
             closed: Vec::new(),
             cycle: 0,
@@ -93,11 +101,9 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         }
     }
 
-    /// The derivative of the modal displacements and velocities at the end of the last window, as a state of
-    /// `model`: y, and the change of the coupled modes.
-    pub fn state(&self) -> Vec<f64> {
-        let turning = self.model.basis.turning(&self.by.basis, &self.end);
-        self.state.iter().zip(turning).map(|(y, t)| y + t).collect()
+    /// y at the end of the last window.
+    pub fn state(&self) -> &[f64] {
+        &self.state
     }
 
     /// The closed contacts of a window with their derivatives.
@@ -177,7 +183,6 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         let mut responses = Vec::with_capacity(n);
         let mut x: Vec<PairSeries<TERMS>> = Vec::with_capacity(n);
         let mut sources: Vec<PairSeries<TERMS>> = Vec::with_capacity(n);
-        let mut free: Vec<PairSeries<TERMS>> = Vec::with_capacity(n);
         for (i, (block, by)) in self.model.blocks.iter().zip(&self.by.blocks).enumerate() {
             let response = PairResponse::new(&block.generator, tau);
             let mut input = [[0.0; TERMS]; 2];
@@ -212,11 +217,20 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
                         a_p[0] * motion[0][m] + a_p[1] * motion[1][m] + self.stretch * rate;
                 }
             }
-            free.push(response.to([self.state[i], self.state[n + i]], &source));
             x.push(motion);
             sources.push(source);
             responses.push(response);
         }
+        for &(row, column, rate) in &self.between_blocks {
+            let motion = &x[column % n][column / n];
+            let source = &mut sources[row % n][row / n];
+            for m in 0..TERMS {
+                source[m] += rate * motion[m];
+            }
+        }
+        let free: Vec<PairSeries<TERMS>> = (responses.iter().zip(&sources).enumerate())
+            .map(|(i, (response, source))| response.to([self.state[i], self.state[n + i]], source))
+            .collect();
         let forces = self.forces(window, &closed, &x, &free);
         let mut y = free;
         if !closed.is_empty() {

@@ -15,6 +15,7 @@ use crate::structure::{
     BearingGain, ContactLaw, ModalStructure, ModeCount, MotionKind, StructureContact, TorqueGain,
     TurningFrame,
 };
+use std::sync::Arc;
 
 /// The motions that bearings must hold, with the stiffnesses that do so.
 const REQUIRED_SUPPORTS: [(Freedom, &str, &str); 5] = [
@@ -97,6 +98,9 @@ impl TrainDrive {
         let to_structure_modes = |column: &mut [f64]| solved.to_structure_modes(column);
         let mut structure = with_shapes.truncated(modes, false)?;
         structure.tilt_residuals = tilt_residuals(&with_shapes, modes + bearings.len());
+        structure.shapes = Some(Arc::new(
+            solution.in_freedoms(&matrices, to_structure_modes),
+        ));
         (structure.coupling, structure.frame.stiffness) =
             projection::coupling(&matrices, &solution, to_structure_modes);
         release_neutral(&mut structure);
@@ -300,6 +304,7 @@ impl TrainDrive {
             harmonic_loads: Vec::new(),
             meshes: self.mesh_names(),
             shafts: self.further_shafts(layout),
+            shapes: None,
         })
     }
 

@@ -1,0 +1,248 @@
+//! How is a state of one model described as a state of another one?
+//!
+//! Modes, and the blocks of coupled modes, depend on the parameters of a structure. Their order and signs may change,
+//! and modes of equal frequency are arbitrary combinations. The displacements of the parts are not: modes with shapes Φ
+//! move the parts by `Φ q`. The modal displacements of the reference that are nearest to this motion are
+//! `H q = (Φ₀ᵀ W Φ₀)⁻¹ Φ₀ᵀ W Φ q`, with the inertias W of the freedoms. With the transformations T of both bases, states
+//! of blocks change by `C = T₀⁻¹ H T`. C depends smoothly on the parameters, and is the identity for equal structures.
+
+use super::basis::Basis;
+use super::derivative::ShapeChange;
+use super::{MeshGain, Model};
+use crate::numerics::linalg::{inverse, product};
+use crate::structure::ModeShapes;
+use faer::Mat;
+
+/// Largest product of the norms of H and of its inverse. Modes that are farther apart have nothing in common.
+const MOST_DIFFERENT: f64 = 1e6;
+
+/// A linear change of the states of blocks.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StateChange {
+    /// States have the same meaning in both models.
+    Same,
+    /// C and its inverse, 2N × 2N.
+    Linear {
+        /// From states of the model to states of the reference.
+        forth: Mat<f64>,
+        /// The inverse.
+        back: Mat<f64>,
+    },
+}
+
+impl StateChange {
+    /// A state of the model as a state of the reference.
+    pub fn apply(&self, state: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Same => state.to_vec(),
+            Self::Linear { forth, .. } => times(forth, state),
+        }
+    }
+
+    /// A state of the reference as a state of the model.
+    pub fn undo(&self, state: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Same => state.to_vec(),
+            Self::Linear { back, .. } => times(back, state),
+        }
+    }
+}
+
+impl Basis {
+    /// The change from states of this basis to states of a reference.
+    ///
+    /// # Errors
+    /// [`ShapeChange`] if the structures have different freedoms, or modes that have nothing in common.
+    pub fn change_to(&self, reference: &Self) -> Result<StateChange, ShapeChange> {
+        let modes = self.modes_in(reference)?;
+        let [own, other] = [self, reference].map(Self::coupled);
+        let is_different = |back: &Mat<f64>, forth: &Mat<f64>| {
+            let norms = forth.norm_l2() * back.norm_l2();
+            norms.is_nan() || norms > MOST_DIFFERENT
+        };
+        let sizes = [own, other].map(|coupled| coupled.map(|c| c.frequency.len()));
+        let modes = match modes {
+            _ if sizes[0].zip(sizes[1]).is_some_and(|(a, b)| a != b) => {
+                return Err(ShapeChange { what: "modes" });
+            }
+            None if own.map(|c| &c.to_modes) == other.map(|c| &c.to_modes) => {
+                return Ok(StateChange::Same);
+            }
+            None => [None, None],
+            Some(forth) => {
+                let back = inverse(forth.as_ref());
+                if is_different(&back, &forth) {
+                    return Err(ShapeChange { what: "modes" });
+                }
+                [Some(twice(&forth)), Some(twice(&back))]
+            }
+        };
+        let [forth, back] = modes;
+        let [own, other] = [own, other].map(|coupled| {
+            coupled.map(|c| [&c.to_modes, &c.from_modes].map(|values| square(values)))
+        });
+        let part = |coupled: &Option<[Mat<f64>; 2]>, which: usize| {
+            coupled.as_ref().map(|maps| maps[which].clone())
+        };
+        let in_turn = |factors: [Option<Mat<f64>>; 3]| {
+            let factors = factors.into_iter().flatten();
+            factors.reduce(|a, b| product(a.as_ref(), b.as_ref()))
+        };
+        let forth = in_turn([part(&other, 1), forth, part(&own, 0)]);
+        let back = in_turn([part(&own, 1), back, part(&other, 0)]);
+        Ok(match forth.zip(back) {
+            Some((forth, back)) => StateChange::Linear { forth, back },
+            None => StateChange::Same,
+        })
+    }
+
+    /// H for the rotated modes, N × N; `None` if both structures have the same modes, or modes without shapes. The
+    /// motion without contact stays separate from the other motion, because it does not affect it.
+    fn modes_in(&self, reference: &Self) -> Result<Option<Mat<f64>>, ShapeChange> {
+        let (Some(own), Some(other)) = (self.shapes(), reference.shapes()) else {
+            return Ok(None);
+        };
+        if self.has_modes_of(reference) {
+            return Ok(None);
+        }
+        let different = ShapeChange { what: "modes" };
+        let free = self.without_contact();
+        if own.shapes.len() != other.shapes.len() || free != reference.without_contact() {
+            return Err(different);
+        }
+        let turned = |basis: &Self, shapes: &ModeShapes| {
+            let rows: Vec<Vec<f64>> = (shapes.shapes.iter().zip(&other.inertia))
+                .map(|(row, inertia)| {
+                    let mut row = basis.turn(row);
+                    row.iter_mut().for_each(|x| *x *= inertia.sqrt());
+                    row
+                })
+                .collect();
+            Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
+        };
+        let [own, other] = [turned(self, own), turned(reference, other)];
+        let n = other.ncols();
+        if own.ncols() != n {
+            return Err(different);
+        }
+        let mut gram = product(other.transpose(), other.as_ref());
+        let mut cross = product(other.transpose(), own.as_ref());
+        // Dry sliders have no shapes.
+        for i in n - self.sliders()..n {
+            (gram[(i, i)], cross[(i, i)]) = (1.0, 1.0);
+        }
+        let modes = product(inverse(gram.as_ref()).as_ref(), cross.as_ref());
+        let separate = |i: usize, j: usize| free.contains(&i) != free.contains(&j);
+        Ok(Some(Mat::from_fn(n, n, |i, j| {
+            if separate(i, j) { 0.0 } else { modes[(i, j)] }
+        })))
+    }
+}
+
+impl Model {
+    /// This model with states of a reference, to which `change` leads, and the generator between different blocks.
+    pub(super) fn changed(&self, forth: &Mat<f64>, back: &Mat<f64>) -> (Self, Mat<f64>) {
+        let n = self.modes();
+        let columns = |values: &mut Vec<[f64; 2]>| *values = pairs(&times(forth, &flat(values)));
+        let rows = |values: &mut Vec<[f64; 2]>| {
+            if !values.is_empty() {
+                let row = flat(values);
+                let sum = |j: usize| back.col(j).iter().zip(&row).map(|(a, b)| a * b).sum();
+                *values = pairs(&(0..2 * n).map(sum).collect::<Vec<f64>>());
+            }
+        };
+        let mut changed = self.clone();
+        let mut generator = product(
+            product(forth.as_ref(), self.generator().as_ref()).as_ref(),
+            back.as_ref(),
+        );
+        let mut inputs: Vec<[f64; 2]> = self.blocks.iter().map(|b| b.static_input).collect();
+        columns(&mut inputs);
+        for (i, (block, input)) in changed.blocks.iter_mut().zip(inputs).enumerate() {
+            block.static_input = input;
+            for (row, entries) in [i, n + i].into_iter().zip(&mut block.generator) {
+                for (column, entry) in [i, n + i].into_iter().zip(entries) {
+                    *entry = std::mem::take(&mut generator[(row, column)]);
+                }
+            }
+        }
+        columns(&mut changed.rated_input);
+        for direction in &mut changed.directions {
+            let part = |of: fn(&MeshGain) -> [f64; 2]| direction.gains.iter().map(of).collect();
+            let mut parts: [Vec<[f64; 2]>; 3] = [
+                part(|g| g.deflection),
+                part(|g| g.rate),
+                part(|g| g.mesh_input),
+            ];
+            let [deflection, rate, mesh_input] = &mut parts;
+            rows(deflection);
+            rows(rate);
+            columns(mesh_input);
+            for (i, gain) in direction.gains.iter_mut().enumerate() {
+                let [deflection, rate, mesh_input] = parts.each_ref().map(|part| part[i]);
+                *gain = MeshGain {
+                    deflection,
+                    rate,
+                    mesh_input,
+                };
+            }
+        }
+        changed
+            .lines
+            .iter_mut()
+            .for_each(|line| rows(&mut line.direct));
+        changed
+            .ripple
+            .iter_mut()
+            .for_each(|r| columns(&mut r.input));
+        changed.bearings.iter_mut().for_each(|b| rows(&mut b.gain));
+        changed.outputs.iter_mut().for_each(|o| rows(&mut o.gain));
+        (changed, generator)
+    }
+
+    /// The generator of all blocks, 2N × 2N.
+    fn generator(&self) -> Mat<f64> {
+        let n = self.modes();
+        Mat::from_fn(2 * n, 2 * n, |i, j| {
+            if i % n == j % n { self.blocks[i % n].generator[i / n][j / n] } else { 0.0 }
+        })
+    }
+}
+
+/// A square matrix from its rows.
+fn square(values: &[f64]) -> Mat<f64> {
+    let order = values.len().isqrt();
+    Mat::from_fn(order, order, |i, j| values[i * order + j])
+}
+
+/// The same matrix for displacements and for velocities.
+fn twice(matrix: &Mat<f64>) -> Mat<f64> {
+    let n = matrix.nrows();
+    Mat::from_fn(2 * n, 2 * n, |i, j| {
+        if i / n == j / n { matrix[(i % n, j % n)] } else { 0.0 }
+    })
+}
+
+fn times(matrix: &Mat<f64>, vector: &[f64]) -> Vec<f64> {
+    let mut out = vec![0.0; matrix.nrows()];
+    for (column, value) in matrix.col_iter().zip(vector) {
+        for (out, entry) in out.iter_mut().zip(column.iter()) {
+            *out += entry * value;
+        }
+    }
+    out
+}
+
+/// First components of all blocks, then second ones.
+fn flat(values: &[[f64; 2]]) -> Vec<f64> {
+    [0, 1]
+        .into_iter()
+        .flat_map(|half| values.iter().map(move |value| value[half]))
+        .collect()
+}
+
+/// The inverse of [`flat`].
+fn pairs(values: &[f64]) -> Vec<[f64; 2]> {
+    let (first, second) = values.split_at(values.len() / 2);
+    first.iter().zip(second).map(|(a, b)| [*a, *b]).collect()
+}
