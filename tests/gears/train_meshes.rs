@@ -247,6 +247,33 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
     assert!(first.contact_rattle_index.iter().all(|index| *index > 0.0));
 }
 
+/// The first tooth of a list of deviations engages at the start of a cycle of its mesh. A mesh that is ahead by a phase
+/// therefore has the same errors earlier.
+#[test]
+fn the_phase_of_a_mesh_shifts_the_deviations_of_its_teeth() {
+    let phase = 0.3;
+    let errors = [0.0, phase].map(|phase| {
+        let text = split(0);
+        let of_mesh = text.find("gear_error = [{ gear").unwrap();
+        let end = of_mesh + text[of_mesh..].find('\n').unwrap();
+        let text = format!("{}phase = {phase}{}", &text[..of_mesh], &text[end..]);
+        let model = common::parts().model(&job(&text).points.at(0)).unwrap();
+        let contact = &model.contacts[2].cycles[0];
+        let line = model.lines[model.line(&contact.segments[0])].clone();
+        (line, contact.period)
+    });
+    let [(at_zero, period), (ahead, _)] = &errors;
+    assert!(!ahead.transmission_error.is_empty());
+    for place in [0.0, 0.2, 1.7, 12.4] {
+        let time = place * period;
+        let [wanted, found] = [
+            at_zero.transmission_error_at(0, time + phase * period).0,
+            ahead.transmission_error_at(0, time).0,
+        ];
+        assert!((wanted - found).abs() < 1e-17, "{place}: {wanted} {found}");
+    }
+}
+
 /// The drive of two helical stages, with its counter shaft described from the other end.
 fn from_the_other_end() -> String {
     [

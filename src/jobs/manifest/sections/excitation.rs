@@ -24,7 +24,8 @@ pub(super) fn read(
     }
     let of_coast = (section.if_effective(!same_line)).if_given(OF_COAST, harmonics);
     let teeth = source.map(|source| [false, true].map(|wheel| teeth(source, wheel)));
-    let of_gears = errors_of_gears(section, ("shaft", ["pinion", "wheel"]), teeth);
+    let of_gears = errors_of_gears(section, ("shaft", ["pinion", "wheel"]), teeth)
+        .map(|errors| errors.concat());
     let on_shafts = |name: &str| section.each(name, |table| ripple(table, source));
     let ripples = on_shafts("torque_ripple");
     let motions = on_shafts("imposed_motion");
@@ -102,14 +103,15 @@ fn teeth(source: &StructureSource, wheel: bool) -> Option<u32> {
     }
 }
 
-/// Errors that rotate with the two gears of a mesh, as orders of their shafts. In the manifest, the key `key`
-/// names the gear by one of `names`. `teeth` has the known numbers of teeth; `None` if faults of the gears
-/// have already been reported.
+/// Errors that rotate with the two gears of a mesh, as orders of their shafts: those of `gear_error`, whose phases are
+/// at time 0, then those of `pitch_deviation`, whose phases are at the start of a mesh cycle. In the manifest, the key
+/// `key` names the gear by one of `names`. `teeth` has the known numbers of teeth; `None` if faults of the gears have
+/// already been reported.
 pub(super) fn errors_of_gears(
     section: &Section,
     (key, names): (&str, [&str; 2]),
     teeth: Option<[Option<u32>; 2]>,
-) -> Option<Vec<MeshHarmonic>> {
+) -> Option<[Vec<MeshHarmonic>; 2]> {
     let orders = section.each("gear_error", |table| {
         Some(order(table, (key, names), teeth))
     })?;
@@ -129,7 +131,7 @@ pub(super) fn errors_of_gears(
     }
     let orders: Option<Vec<MeshHarmonic>> = orders.into_iter().collect();
     let orders = orders?;
-    whole.then(|| [orders, all].concat())
+    whole.then_some([orders, all])
 }
 
 /// The error of a gear at one order of its shaft.

@@ -187,7 +187,9 @@ fn mesh(
     let at_start = |harmonic: MeshHarmonic| {
         harmonic.with_phase_lead(-TAU * harmonic.turns_per_cycle() * undrawn_properties.phase)
     };
-    (undrawn_properties.error).extend(errors?.into_iter().map(at_start));
+    let [orders, deviations] = errors?;
+    let error = &mut undrawn_properties.error;
+    error.extend(orders.into_iter().map(at_start).chain(deviations));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
@@ -226,16 +228,16 @@ fn mesh(
     })
 }
 
-/// Errors that rotate with the two gears of a mesh.
+/// Errors that rotate with the two gears of a mesh, as in [`errors_of_gears`].
 fn gear_errors(
     table: &Section,
     parts: &Parts,
     (train, gears): (&TrainDrive, Option<[GearPlace; 2]>),
-) -> Option<Vec<MeshHarmonic>> {
+) -> Option<[Vec<MeshHarmonic>; 2]> {
     let teeth = gears.map(|gears| gears.map(|gear| Some(train.gear(gear).teeth)));
     let errors = errors_of_gears(table, ("gear", OF_MESH), teeth)?;
     let gears = gears?;
-    if parts.set_of(gears).is_some() && !errors.is_empty() {
+    if parts.set_of(gears).is_some() && errors.iter().any(|errors| !errors.is_empty()) {
         let key = if table.has("gear_error") { "gear_error" } else { "pitch_deviation" };
         let what = "errors of single gears are not possible in meshes of planets";
         return table
