@@ -27,6 +27,8 @@ pub struct Basis {
     contact_free: usize,
     /// The coupling of the modes, after this rotation.
     coupled: Option<Coupled>,
+    /// Number of modes of the structure.
+    modes: usize,
     /// Number of blocks of dry sliders after those of the modes. They count as modes of the model; the
     /// structure does not have them.
     sliders: usize,
@@ -69,6 +71,7 @@ impl Basis {
             turned,
             contact_free,
             coupled: None,
+            modes: n,
             sliders: 0,
             shapes: structure.shapes.clone(),
         };
@@ -124,6 +127,11 @@ impl Basis {
     /// The coupling of the modes; `None` if damping is modal.
     pub fn coupled(&self) -> Option<&Coupled> {
         self.coupled.as_ref()
+    }
+
+    /// Number of blocks N: the modes, then dry sliders.
+    pub(super) fn blocks(&self) -> usize {
+        self.modes + self.sliders
     }
 
     /// Number of blocks of dry sliders.

@@ -54,46 +54,39 @@ impl Basis {
     /// # Errors
     /// [`ShapeChange`] if the structures have different freedoms, or modes that have nothing in common.
     pub fn change_to(&self, reference: &Self) -> Result<StateChange, ShapeChange> {
-        let modes = self.modes_in(reference)?;
-        let [own, other] = [self, reference].map(Self::coupled);
-        let is_different = |back: &Mat<f64>, forth: &Mat<f64>| {
-            let norms = forth.norm_l2() * back.norm_l2();
-            norms.is_nan() || norms > MOST_DIFFERENT
+        let different = ShapeChange { what: "modes" };
+        if self.blocks() != reference.blocks() {
+            return Err(different);
+        }
+        let forth = self.modes_in(reference)?;
+        let [own, other] = [self, reference].map(|basis| basis.coupled().map(|c| &c.to_modes));
+        if forth.is_none() && own == other {
+            return Ok(StateChange::Same);
+        }
+        let forth = forth.unwrap_or_else(|| Mat::identity(self.blocks(), self.blocks()));
+        let back = inverse(forth.as_ref());
+        let norms = forth.norm_l2() * back.norm_l2();
+        if norms.is_nan() || norms > MOST_DIFFERENT {
+            return Err(different);
+        }
+        let [[own_to, own_from], [other_to, other_from]] = [self, reference].map(Self::maps);
+        let in_turn = |a: &Mat<f64>, b: &Mat<f64>, c: &Mat<f64>| {
+            product(product(a.as_ref(), b.as_ref()).as_ref(), c.as_ref())
         };
-        let sizes = [own, other].map(|coupled| coupled.map(|c| c.frequency.len()));
-        let modes = match modes {
-            _ if sizes[0].zip(sizes[1]).is_some_and(|(a, b)| a != b) => {
-                return Err(ShapeChange { what: "modes" });
-            }
-            None if own.map(|c| &c.to_modes) == other.map(|c| &c.to_modes) => {
-                return Ok(StateChange::Same);
-            }
-            None => [None, None],
-            Some(forth) => {
-                let back = inverse(forth.as_ref());
-                if is_different(&back, &forth) {
-                    return Err(ShapeChange { what: "modes" });
-                }
-                [Some(twice(&forth)), Some(twice(&back))]
-            }
-        };
-        let [forth, back] = modes;
-        let [own, other] = [own, other].map(|coupled| {
-            coupled.map(|c| [&c.to_modes, &c.from_modes].map(|values| square(values)))
-        });
-        let part = |coupled: &Option<[Mat<f64>; 2]>, which: usize| {
-            coupled.as_ref().map(|maps| maps[which].clone())
-        };
-        let in_turn = |factors: [Option<Mat<f64>>; 3]| {
-            let factors = factors.into_iter().flatten();
-            factors.reduce(|a, b| product(a.as_ref(), b.as_ref()))
-        };
-        let forth = in_turn([part(&other, 1), forth, part(&own, 0)]);
-        let back = in_turn([part(&own, 1), back, part(&other, 0)]);
-        Ok(match forth.zip(back) {
-            Some((forth, back)) => StateChange::Linear { forth, back },
-            None => StateChange::Same,
+        Ok(StateChange::Linear {
+            forth: in_turn(&other_from, &twice(&forth), &own_to),
+            back: in_turn(&own_from, &twice(&back), &other_to),
         })
+    }
+
+    /// T and its inverse, 2N × 2N.
+    fn maps(&self) -> [Mat<f64>; 2] {
+        let n = 2 * self.blocks();
+        match self.coupled() {
+            None => [Mat::identity(n, n), Mat::identity(n, n)],
+            Some(coupled) => [&coupled.to_modes, &coupled.from_modes]
+                .map(|map| Mat::from_fn(n, n, |i, j| map[n * i + j])),
+        }
     }
 
     /// H for the rotated modes, N × N; `None` if both structures have the same modes, or modes without shapes. The
@@ -121,10 +114,7 @@ impl Basis {
             Mat::from_fn(rows.len(), rows[0].len(), |i, j| rows[i][j])
         };
         let [own, other] = [turned(self, own), turned(reference, other)];
-        let n = other.ncols();
-        if own.ncols() != n {
-            return Err(different);
-        }
+        let n = self.blocks();
         let mut gram = product(other.transpose(), other.as_ref());
         let mut cross = product(other.transpose(), own.as_ref());
         // Dry sliders have no shapes.
@@ -207,12 +197,6 @@ impl Model {
             if i % n == j % n { self.blocks[i % n].generator[i / n][j / n] } else { 0.0 }
         })
     }
-}
-
-/// A square matrix from its rows.
-fn square(values: &[f64]) -> Mat<f64> {
-    let order = values.len().isqrt();
-    Mat::from_fn(order, order, |i, j| values[i * order + j])
 }
 
 /// The same matrix for displacements and for velocities.
