@@ -13,7 +13,7 @@ use gearatlas::analysis::continuation::onset::onset;
 use gearatlas::analysis::continuation::orbit::{OrbitCondition, find};
 use gearatlas::analysis::continuation::path::Span;
 use gearatlas::model::{
-    Division, Drive, InitialState, Model, OperatingPoint, Release, StateChange,
+    Division, Drive, InitialState, Model, ModelDerivative, OperatingPoint, Release, StateChange,
 };
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
 use stopped::{OFF, PUBLISHED, Stopped, Whirling};
@@ -321,7 +321,7 @@ impl ParametricDrive for Pressed {
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())
     }
 
-    fn derivative(&self, _: MapParameters, _: usize) -> Result<Model, String> {
+    fn derivative(&self, _: MapParameters, _: usize) -> Result<ModelDerivative, String> {
         Err("none is needed".to_owned())
     }
 

@@ -3,7 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use gearatlas::analysis::continuation::drive::ParametricDrive;
+use gearatlas::analysis::continuation::branch::{StepSettings, follow};
+use gearatlas::analysis::continuation::drive::{DriveMap, ParametricDrive};
+use gearatlas::analysis::continuation::end::End;
+use gearatlas::analysis::continuation::orbit::{OrbitCondition, find};
+use gearatlas::analysis::continuation::path::Span;
 use gearatlas::analysis::sensitivity::tangent::ParameterTangent;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model, ModelDerivative, TrajectoryState};
@@ -201,6 +205,56 @@ fn derivatives_where_modes_are_coupled_are_those_of_thirty_digits() {
         ],
         1e-8,
     );
+}
+
+/// Bearings with equal stiffness in both directions, the usual input, give pairs of modes with equal frequencies. Their
+/// directions jump with a key of the structure.
+#[test]
+fn derivatives_at_equal_frequencies_are_those_of_thirty_digits() {
+    let equal = rattling().replace("y = \"1e8 N/m\"", "y = \"1.25e8 N/m\"");
+    let keys = [
+        "shafts.bearings.x",
+        "shafts.pinion.end_inertia",
+        "shafts.density",
+    ];
+    every_key(&equal, &keys, 1e-8);
+    let turning = equal
+        .replace("\"translational\"", "\"tilting\"\ngyroscopic = true")
+        .replace("tilt = ", "damping_x = \"400 N*s/m\"\ntilt = ");
+    every_key(
+        &turning,
+        &[
+            "shafts.bearings.x",
+            "shafts.bearings.tilt",
+            "shafts.density",
+        ],
+        1e-8,
+    );
+}
+
+/// Frequencies cross where x is equal to y, and where a mode of the pinion has the frequency of one of the wheel.
+#[test]
+fn a_branch_crosses_equal_frequencies() {
+    let job = job(&text("tiers/translational.toml"));
+    let parts = Prepared::new(TableStore::in_memory());
+    let mut point = job.points.at(0);
+    (point.load, point.speed) = (1.0, 500.0);
+    let parameter = job.between.parameter(&point, "shafts.bearings.x").unwrap();
+    let family = PointFamily::new(point, vec![parameter], &job.between, &parts);
+    let at = [3e7, 0.0];
+    let mut map = DriveMap::new(&family, at).unwrap();
+    let start = map.model(at).unwrap().start(&InitialState::Static);
+    let guess = map.coordinates(&start.state);
+    let orbit = find(&mut map, &guess, at, 1, &OrbitCondition::Parameters).unwrap();
+    let span = Span {
+        axis: 0,
+        from: at[0],
+        to: 3e8,
+    };
+    let branch = follow(&mut map, &span, orbit, &StepSettings::default()).unwrap();
+    println!("{} orbits, {:?}", branch.orbits.len(), branch.ends);
+    assert_eq!(branch.ends, [End::Interval, End::Interval]);
+    assert!(branch.bifurcations.is_empty());
 }
 
 #[test]

@@ -141,7 +141,7 @@ fn in_text(sensitivities: &Sensitivities) -> String {
         let relative = relative.map_or("-".to_owned(), |part| format!("{part:+.4}"));
         let check = match (row.by, row.check, row.error) {
             (Some(by), Some(check), None) if by == check => "differences agree".to_owned(),
-            (Some(by), Some(check), None) if (by - check).abs() >= by.abs() => {
+            (Some(by), Some(check), None) if (by - check).abs() >= 0.1 * by.abs() => {
                 format!("differences give {check:.1e}")
             }
             (Some(by), Some(check), None) => {

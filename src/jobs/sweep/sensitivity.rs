@@ -33,6 +33,10 @@ const NEGLIGIBLE: f64 = 1e-5;
 /// Note if a derivative and its difference quotient disagree.
 const KINK: &str = "finite differences disagree, because the model has a kink here or the orbit changes within a step";
 
+/// Note for a derivative without a check.
+const UNCHECKED: &str =
+    "no finite difference checks it, because no orbit was found at a value nearby";
+
 /// Note for an amplitude of zero.
 const AT_ZERO: &str = "the amplitude is zero up to round-off, and amplitudes have a kink at zero";
 
@@ -312,6 +316,7 @@ fn of_orbit(
                 error: None,
                 note: match exact.zip(check) {
                     _ if at_zero => AT_ZERO.to_owned(),
+                    None if exact.is_some() => UNCHECKED.to_owned(),
                     Some((exact, check))
                         if (exact - check).abs()
                             > DISAGREEMENT
