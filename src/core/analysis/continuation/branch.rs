@@ -12,7 +12,8 @@ use super::kind::Kind;
 use super::map::CycleMap;
 use super::orbit::{NoOrbit, Orbit, distance, same};
 use super::path::{
-    LARGEST_DISTANCE, PathCondition, Span, Vector, WEIGHT, apart, guess, place, solution, tangent,
+    LARGEST_DISTANCE, PathCondition, Span, Vector, WEIGHT, apart, guess, interpolated, place,
+    solution, tangent,
 };
 
 /// Settings for the steps along a branch.
@@ -235,7 +236,13 @@ fn half_branch(
                 if ahead.refusals == FEW_REFUSALS
                     && let Ok(mut exact) = tangent(map, span, last)
                 {
-                    if exact.cosine(&ahead.direction) < 0.0 {
+                    let before = half_branch.orbits.iter().nth_back(1);
+                    // Without a fold in between, the parameter continues in its direction, even at a corner.
+                    let forwards = match before.filter(|before| before.sense() == last.sense()) {
+                        Some(_) => ahead.direction.p > 0.0,
+                        None => exact.cosine(&ahead.direction) >= 0.0,
+                    };
+                    if !forwards {
                         exact = exact.reversed();
                     }
                     ahead.direction = exact;
@@ -485,14 +492,4 @@ fn closes(map: &mut impl CycleMap, span: &Span, half_branch: &HalfBranch) -> boo
     };
     let again = place(map, span, now, &guess, PathCondition::Parameter);
     again.is_ok_and(|again| same(&again, first))
-}
-
-/// Coordinates at a value of the parameter, interpolated linearly between two orbits.
-pub fn interpolated(span: &Span, a: &Orbit, b: &Orbit, value: f64) -> Vec<f64> {
-    let (from, to) = (a.at[span.axis], b.at[span.axis]);
-    let part = if from == to { 0.5 } else { (value - from) / (to - from) };
-    a.u.iter()
-        .zip(&b.u)
-        .map(|(a, b)| a + part * (b - a))
-        .collect()
 }

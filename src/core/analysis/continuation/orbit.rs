@@ -54,6 +54,13 @@ impl Orbit {
         self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
+    /// Whether `det(M − I)` is negative for an even number of coordinates. The parameter changes its direction along a
+    /// branch where this sign changes.
+    pub(super) fn sense(&self) -> bool {
+        let above_one = |m: &&Complex64| m.im == 0.0 && m.re > 1.0;
+        self.multipliers.iter().filter(above_one).count() % 2 == 1
+    }
+
     /// Whether the orbit already repeats after half its period. This half must be a multiple of the
     /// excitation's period of `unit` cycles.
     pub(super) fn repeats_sooner(&self, unit: u32) -> bool {

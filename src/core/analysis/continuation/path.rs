@@ -226,3 +226,13 @@ pub fn tangent(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> Result<Ve
         size: orbit.size(),
     })
 }
+
+/// Coordinates at a value of the parameter, interpolated linearly between two orbits.
+pub fn interpolated(span: &Span, a: &Orbit, b: &Orbit, value: f64) -> Vec<f64> {
+    let (from, to) = (a.at[span.axis], b.at[span.axis]);
+    let part = if from == to { 0.5 } else { (value - from) / (to - from) };
+    a.u.iter()
+        .zip(&b.u)
+        .map(|(a, b)| a + part * (b - a))
+        .collect()
+}
