@@ -5,7 +5,7 @@
 
 use gearatlas::analysis::continuation::drive::ParametricDrive;
 use gearatlas::analysis::continuation::map::MapParameters;
-use gearatlas::model::{Division, Drive, Model, ModelDerivative, OperatingPoint, Release};
+use gearatlas::model::{Basis, Division, Drive, Model, ModelDerivative, OperatingPoint, Release};
 use gearatlas::structure::{Coupling, HarmonicLoad, ModalStructure};
 
 /// Distance that keeps the oscillator away from the other flank.
@@ -67,8 +67,13 @@ impl ParametricDrive for Stopped {
         self.with(structure, at)
     }
 
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String> {
-        difference(self, at, axis)
+    fn derivative(
+        &self,
+        at: MapParameters,
+        axis: usize,
+        through: &Basis,
+    ) -> Result<ModelDerivative, String> {
+        difference(self, at, axis, through)
     }
 
     fn event_limit(&self) -> u32 {
@@ -88,8 +93,13 @@ impl ParametricDrive for Whirling {
         own.with(structure, at)
     }
 
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String> {
-        difference(self, at, axis)
+    fn derivative(
+        &self,
+        at: MapParameters,
+        axis: usize,
+        through: &Basis,
+    ) -> Result<ModelDerivative, String> {
+        difference(self, at, axis, through)
     }
 
     fn event_limit(&self) -> u32 {
@@ -102,6 +112,7 @@ fn difference(
     family: &impl ParametricDrive,
     at: MapParameters,
     axis: usize,
+    through: &Basis,
 ) -> Result<ModelDerivative, String> {
     let h = 1e-3;
     let models: Vec<(f64, Model)> = [
@@ -121,5 +132,5 @@ fn difference(
     })
     .collect::<Result<_, String>>()?;
     let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
-    Model::combined(&models).map_err(|error| error.to_string())
+    Model::combined(&models, through).map_err(|error| error.to_string())
 }

@@ -251,8 +251,7 @@ fn a_further_mesh_is_what_it_is_as_the_first() {
 /// therefore has the same errors earlier.
 #[test]
 fn the_phase_of_a_mesh_shifts_the_deviations_of_its_teeth() {
-    let phase = 0.3;
-    let errors = [0.0, phase].map(|phase| {
+    let errors = |phase: f64| {
         let text = split(0);
         let of_mesh = text.find("gear_error = [{ gear").unwrap();
         let end = of_mesh + text[of_mesh..].find('\n').unwrap();
@@ -261,16 +260,22 @@ fn the_phase_of_a_mesh_shifts_the_deviations_of_its_teeth() {
         let contact = &model.contacts[2].cycles[0];
         let line = model.lines[model.line(&contact.segments[0])].clone();
         (line, contact.period)
-    });
-    let [(at_zero, period), (ahead, _)] = &errors;
-    assert!(!ahead.transmission_error.is_empty());
-    for place in [0.0, 0.2, 1.7, 12.4] {
-        let time = place * period;
-        let [wanted, found] = [
-            at_zero.transmission_error_at(0, time + phase * period).0,
-            ahead.transmission_error_at(0, time).0,
-        ];
-        assert!((wanted - found).abs() < 1e-17, "{place}: {wanted} {found}");
+    };
+    let (at_zero, period) = errors(0.0);
+    for (phase, ahead) in [(0.3, 0.3), (1.3, 0.3), (-0.7, 0.3)] {
+        let (line, _) = errors(phase);
+        assert!(!line.transmission_error.is_empty());
+        for place in [0.0, 0.2, 1.7, 12.4] {
+            let time = place * period;
+            let [wanted, found] = [
+                at_zero.transmission_error_at(0, time + ahead * period).0,
+                line.transmission_error_at(0, time).0,
+            ];
+            assert!(
+                (wanted - found).abs() < 1e-17,
+                "{phase} {place}: {wanted} {found}"
+            );
+        }
     }
 }
 

@@ -13,7 +13,8 @@ use gearatlas::analysis::continuation::onset::onset;
 use gearatlas::analysis::continuation::orbit::{OrbitCondition, find};
 use gearatlas::analysis::continuation::path::Span;
 use gearatlas::model::{
-    Division, Drive, InitialState, Model, ModelDerivative, OperatingPoint, Release, StateChange,
+    Basis, Division, Drive, InitialState, Model, ModelDerivative, OperatingPoint, Release,
+    StateChange,
 };
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
 use stopped::{OFF, PUBLISHED, Stopped, Whirling};
@@ -321,7 +322,7 @@ impl ParametricDrive for Pressed {
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())
     }
 
-    fn derivative(&self, _: MapParameters, _: usize) -> Result<ModelDerivative, String> {
+    fn derivative(&self, _: MapParameters, _: usize, _: &Basis) -> Result<ModelDerivative, String> {
         Err("none is needed".to_owned())
     }
 

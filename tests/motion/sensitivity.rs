@@ -6,6 +6,7 @@
 use gearatlas::analysis::continuation::branch::{StepSettings, follow};
 use gearatlas::analysis::continuation::drive::{DriveMap, ParametricDrive};
 use gearatlas::analysis::continuation::end::End;
+use gearatlas::analysis::continuation::map::CycleMap;
 use gearatlas::analysis::continuation::orbit::{OrbitCondition, find};
 use gearatlas::analysis::continuation::path::Span;
 use gearatlas::analysis::sensitivity::tangent::ParameterTangent;
@@ -139,7 +140,7 @@ fn every_key(text: &str, keys: &[&str], tolerance: f64) {
         let at = family.values();
         let model = family.model(at).unwrap();
         let start = start(&model, 137);
-        let by = family.derivative(at, 0).unwrap();
+        let by = family.derivative(at, 0, &model.basis).unwrap();
         let (found, events) = tangent(&model, &by, &start, cycles);
         let size = if at[0] == 0.0 { 1e-2 } else { at[0].abs() };
         let (exact, same) = differences(&family, at, 1e-3 * size, &start, cycles);
@@ -257,6 +258,32 @@ fn a_branch_crosses_equal_frequencies() {
     assert!(branch.bifurcations.is_empty());
 }
 
+/// With fewer modes than freedoms, the modes of a model do not span those of the first model of a map.
+#[test]
+fn the_map_of_a_truncated_structure_has_the_derivative_of_its_images() {
+    let text = text("tiers/flexible.toml").replace("modes = 40 ", "modes = 12 ");
+    let job = job(&text);
+    let parts = Prepared::new(TableStore::in_memory());
+    let point = job.points.at(0);
+    let parameter = job.between.parameter(&point, "shafts.bearings.x").unwrap();
+    let family = PointFamily::new(point, vec![parameter], &job.between, &parts);
+    let at = |value: f64| [value, 0.0];
+    let mut map = DriveMap::new(&family, at(0.8e8)).unwrap();
+    let here = 1.3e8;
+    let mut state = map.model(at(here)).unwrap().start(&InitialState::Static);
+    map.advance(at(here), 30, &mut state, &mut ()).unwrap();
+    let u = map.coordinates(&state.state);
+    let exact = map.by_parameter(&u, at(here), 1, 0).unwrap();
+    let h = 1e-5 * here;
+    let [more, less] = [h, -h].map(|h| map.image(&u, at(here + h), 1).unwrap().end);
+    let quotient: Vec<f64> = (more.iter().zip(&less))
+        .map(|(a, b)| (a - b) / (2.0 * h))
+        .collect();
+    let worst = error(&quotient, &exact);
+    println!("{worst:.1e}");
+    assert!(worst < 1e-6, "{worst:e}");
+}
+
 #[test]
 fn derivatives_through_tables_of_teeth_are_those_of_thirty_digits() {
     let keys = ["mesh.misalignment", "gear.face_width", "mesh.friction"];
@@ -278,12 +305,19 @@ fn differences_of_tables_are_of_the_second_order() {
     let at = family.values();
     let model = family.model(at).unwrap();
     let start = start(&model, 137);
-    let exact = tangent(&model, &family.derivative(at, 0).unwrap(), &start, 1).0;
+    let exact = tangent(
+        &model,
+        &family.derivative(at, 0, &model.basis).unwrap(),
+        &start,
+        1,
+    )
+    .0;
     let errors: Vec<f64> = [4e-2, 2e-2, 1e-2]
         .map(|part| {
             let step = part * at[0];
             let ends = [-1.0, 1.0].map(|side| family.model([at[0] + side * step, 0.0]).unwrap());
-            let by = Model::combined(&[(-0.5 / step, &ends[0]), (0.5 / step, &ends[1])]).unwrap();
+            let by = [(-0.5 / step, &ends[0]), (0.5 / step, &ends[1])];
+            let by = Model::combined(&by, &model.basis).unwrap();
             error(&tangent(&model, &by, &start, 1).0, &exact)
         })
         .to_vec();
@@ -303,7 +337,8 @@ fn no_derivative_exists_where_the_segments_change() {
     let point = job.points.at(0);
     let parameter = (job.between.parameter(&point, "mesh.contact_ratio")).unwrap();
     let family = PointFamily::new(point, vec![parameter], &job.between, &parts);
-    assert!(family.derivative([1.605, 0.0], 0).is_ok());
-    let refused = family.derivative([1.6, 0.0], 0).unwrap_err();
+    let basis = family.model([1.6, 0.0]).unwrap().basis;
+    assert!(family.derivative([1.605, 0.0], 0, &basis).is_ok());
+    let refused = family.derivative([1.6, 0.0], 0, &basis).unwrap_err();
     assert!(refused.contains("segments of the mesh cycle"), "{refused}");
 }

@@ -96,7 +96,7 @@ def test_the_jacobian_has_determinant_of_the_damping(rattling, states):
     assert ((determinants > 0) & (determinants < 1)).all()
 
 
-@pytest.mark.parametrize("key", ["load", "speed", "mesh.half_gap", "mesh.mean_stiffness"])
+@pytest.mark.parametrize("key", ["load", "speed", "mesh.half_gap", "mesh.mean_stiffness", "shafts.bearings.x"])
 def test_derivatives_by_keys_are_those_of_maps_at_other_values(rattling, states, key):
     by = rattling.image(states[:4], 2, by=[key]).by[key]
     value, weights, weighted = rattling.point[key], rattling.weights, rattling.weighted_components

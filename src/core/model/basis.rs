@@ -146,7 +146,11 @@ impl Basis {
 
     /// Whether the rotated modes are those of another basis.
     pub(super) fn has_modes_of(&self, other: &Self) -> bool {
-        self.turned == other.turned && self.shapes == other.shapes
+        let same_shapes = match (&self.shapes, &other.shapes) {
+            (Some(own), Some(other)) => Arc::ptr_eq(own, other) || own == other,
+            (own, other) => own.is_none() && other.is_none(),
+        };
+        self.turned == other.turned && same_shapes
     }
 
     /// Indices of the structure's rigid modes.

@@ -4,8 +4,12 @@
 //! This works for any origin of the numbers. The effect of their derivatives on a trajectory is then computed
 //! without differences ([`crate::analysis::sensitivity`]).
 
-use super::{Model, Segment, StateChange};
+use super::{Basis, Model, Segment, StateChange};
 use faer::Mat;
+
+/// Largest distortion of the modes of neighbouring models. A larger one shows that a mode exchanges places with an
+/// omitted one, so that no derivative exists.
+const MOST_DISTORTED: f64 = 0.1;
 
 /// Models at neighbouring values of a parameter differ in more than their numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -23,25 +27,47 @@ pub struct ModelDerivative {
     /// Derivative of the generator between different blocks, 2N × 2N; `None` if the parameter does not affect the
     /// structure.
     pub between_blocks: Option<Mat<f64>>,
+    /// Derivative of the change C from states of a model to states of the model of the derivative, 2N × 2N; `None` if
+    /// states keep their meaning.
+    pub change: Option<Mat<f64>>,
 }
 
 impl Model {
-    /// The weighted sum of models, `Σ weight · model`, in the states of the first model. It is a derivative if the
-    /// weights are those of a difference quotient. Frequencies of harmonics are those of the first model, because they
-    /// have no effect at fixed mesh phase.
+    /// The weighted sum of models near the first one, `Σ weight · model`, in the states of the first model. States of
+    /// the others become states of `through`, then of the first model. It is a derivative if the weights are those of a
+    /// difference quotient. Frequencies of harmonics are those of the first model, because they have no effect at fixed
+    /// mesh phase.
     ///
     /// # Errors
-    /// [`ShapeChange`] if they do not have the same segments, directions, contacts and harmonics.
-    pub fn combined(models: &[(f64, &Self)]) -> Result<ModelDerivative, ShapeChange> {
+    /// [`ShapeChange`] if they do not have the same modes, segments, directions, contacts and harmonics.
+    pub fn combined(
+        models: &[(f64, &Self)],
+        through: &Basis,
+    ) -> Result<ModelDerivative, ShapeChange> {
         let first = models[0].1;
+        let own_change = first.basis.change_to(through)?;
         let ModelDerivative {
             numbers: mut sum,
             mut between_blocks,
+            mut change,
         } = first.unchanged();
+        let mut same_weight = 0.0;
         for &(weight, model) in models {
-            let mut model = match model.basis.change_to(&first.basis)? {
-                StateChange::Same => model.clone(),
-                StateChange::Linear { forth, back } => {
+            let mut near = model.basis.change_to(&first.basis)?;
+            if let StateChange::Linear { distortion, .. } = near {
+                if distortion > MOST_DISTORTED {
+                    return Err(ShapeChange { what: "modes" });
+                }
+                near = model.basis.change_to(through)?.then_back(&own_change);
+            }
+            let mut model = match near {
+                StateChange::Same => {
+                    same_weight += weight;
+                    model.clone()
+                }
+                StateChange::Linear { forth, back, .. } => {
+                    *change.get_or_insert_with(|| Mat::zeros(forth.nrows(), forth.nrows())) +=
+                        faer::Scale(weight) * &forth;
                     let (model, between) = model.changed(&forth, &back);
                     let sum = between_blocks
                         .get_or_insert_with(|| Mat::zeros(between.nrows(), between.nrows()));
@@ -55,9 +81,13 @@ impl Model {
             let mut numbers = numbers.into_iter();
             sum.each_number(&mut |number| *number += weight * numbers.next().unwrap_or(0.0));
         }
+        if let Some(change) = &mut change {
+            (0..change.nrows()).for_each(|i| change[(i, i)] += same_weight);
+        }
         Ok(ModelDerivative {
             numbers: sum,
             between_blocks,
+            change,
         })
     }
 
@@ -68,6 +98,7 @@ impl Model {
         ModelDerivative {
             numbers,
             between_blocks: None,
+            change: None,
         }
     }
 
@@ -312,13 +343,14 @@ mod tests {
                 (&rows * generator(by) * &inputs)[(0, 0)],
             ]
         };
-        let own = effects(&Model::combined(&[(1.0, &other)]).unwrap());
-        let in_base = effects(&Model::combined(&[(0.0, &base), (1.0, &other)]).unwrap());
+        let own = effects(&Model::combined(&[(1.0, &other)], &other.basis).unwrap());
+        let in_base =
+            effects(&Model::combined(&[(0.0, &base), (1.0, &other)], &base.basis).unwrap());
         for (own, in_base) in own.into_iter().zip(in_base) {
             assert!((own / in_base - 1.0).abs() < 1e-9, "{own} {in_base}");
         }
         assert!(
-            Model::combined(&[(0.0, &base), (1.0, &other)])
+            Model::combined(&[(0.0, &base), (1.0, &other)], &base.basis)
                 .unwrap()
                 .between_blocks
                 .is_some()
@@ -354,7 +386,7 @@ mod tests {
         };
         let h = 1e-2;
         let by = [(0.0, &at(0.0)), (-0.5 / h, &at(-h)), (0.5 / h, &at(h))];
-        let by = Model::combined(&by).unwrap();
+        let by = Model::combined(&by, &by[0].1.basis).unwrap();
         let found = generator(&by);
         let (sin, cos) = 0.3_f64.sin_cos();
         let shape = [[cos, sin], [-sin, cos]];
@@ -379,7 +411,7 @@ mod tests {
         let base = build(&drive(), point);
         let zero_derivative = base.unchanged().numbers;
         let by = |step: f64, other: &Model| {
-            Model::combined(&[(-1.0 / step, &base), (1.0 / step, other)])
+            Model::combined(&[(-1.0 / step, &base), (1.0 / step, other)], &base.basis)
                 .unwrap()
                 .numbers
         };
@@ -448,7 +480,7 @@ mod tests {
         let point = fixtures::strong_rattle();
         let base = build(&drive(), point);
         let what = |other: &Model| {
-            Model::combined(&[(1.0, &base), (1.0, other)])
+            Model::combined(&[(1.0, &base), (1.0, other)], &base.basis)
                 .unwrap_err()
                 .what
         };

@@ -27,6 +27,8 @@ pub enum StateChange {
         forth: Mat<f64>,
         /// The inverse.
         back: Mat<f64>,
+        /// Largest entry of `HᵀH − I`: the distance of the modes from rotated modes of the reference.
+        distortion: f64,
     },
 }
 
@@ -36,6 +38,43 @@ impl StateChange {
         match self {
             Self::Same => state.to_vec(),
             Self::Linear { forth, .. } => times(forth, state),
+        }
+    }
+
+    /// This change, then back by the change `other` of another model to the same reference.
+    #[must_use]
+    pub(super) fn then_back(&self, other: &Self) -> Self {
+        match (self, other) {
+            (Self::Same, Self::Same) => Self::Same,
+            (change, Self::Same) => change.clone(),
+            (
+                Self::Same,
+                Self::Linear {
+                    forth,
+                    back,
+                    distortion,
+                },
+            ) => Self::Linear {
+                forth: back.clone(),
+                back: forth.clone(),
+                distortion: *distortion,
+            },
+            (
+                Self::Linear {
+                    forth,
+                    back,
+                    distortion,
+                },
+                Self::Linear {
+                    forth: other_forth,
+                    back: other_back,
+                    ..
+                },
+            ) => Self::Linear {
+                forth: product(other_back.as_ref(), forth.as_ref()),
+                back: product(back.as_ref(), other_forth.as_ref()),
+                distortion: *distortion,
+            },
         }
     }
 
@@ -55,7 +94,7 @@ impl Basis {
     /// [`ShapeChange`] if the structures have different freedoms, or modes that have nothing in common.
     pub fn change_to(&self, reference: &Self) -> Result<StateChange, ShapeChange> {
         let different = ShapeChange { what: "modes" };
-        if self.blocks() != reference.blocks() {
+        if self.blocks() != reference.blocks() || self.sliders() != reference.sliders() {
             return Err(different);
         }
         let forth = self.modes_in(reference)?;
@@ -63,12 +102,19 @@ impl Basis {
         if forth.is_none() && own == other {
             return Ok(StateChange::Same);
         }
-        let forth = forth.unwrap_or_else(|| Mat::identity(self.blocks(), self.blocks()));
-        let back = inverse(forth.as_ref());
-        let norms = forth.norm_l2() * back.norm_l2();
-        if norms.is_nan() || norms > MOST_DIFFERENT {
-            return Err(different);
-        }
+        let identity = Mat::<f64>::identity(self.blocks(), self.blocks());
+        let (forth, back, distortion) = match forth {
+            None => (identity.clone(), identity, 0.0),
+            Some(forth) => {
+                let back = inverse(forth.as_ref());
+                let norms = forth.norm_l2() * back.norm_l2();
+                if norms.is_nan() || norms > MOST_DIFFERENT {
+                    return Err(different);
+                }
+                let distortion = product(forth.transpose(), forth.as_ref()) - identity;
+                (forth, back, distortion.norm_max())
+            }
+        };
         let [[own_to, own_from], [other_to, other_from]] = [self, reference].map(Self::maps);
         let in_turn = |a: &Mat<f64>, b: &Mat<f64>, c: &Mat<f64>| {
             product(product(a.as_ref(), b.as_ref()).as_ref(), c.as_ref())
@@ -76,6 +122,7 @@ impl Basis {
         Ok(StateChange::Linear {
             forth: in_turn(&other_from, &twice(&forth), &own_to),
             back: in_turn(&own_from, &twice(&back), &other_to),
+            distortion,
         })
     }
 
@@ -92,12 +139,14 @@ impl Basis {
     /// H for the rotated modes, N × N; `None` if both structures have the same modes, or modes without shapes. The
     /// motion without contact stays separate from the other motion, because it does not affect it.
     fn modes_in(&self, reference: &Self) -> Result<Option<Mat<f64>>, ShapeChange> {
-        let (Some(own), Some(other)) = (self.shapes(), reference.shapes()) else {
-            return Ok(None);
-        };
         if self.has_modes_of(reference) {
             return Ok(None);
         }
+        let (own, other) = match (self.shapes(), reference.shapes()) {
+            (Some(own), Some(other)) => (own, other),
+            (None, None) => return Ok(None),
+            _ => return Err(ShapeChange { what: "modes" }),
+        };
         let different = ShapeChange { what: "modes" };
         let free = self.without_contact();
         if own.shapes.len() != other.shapes.len() || free != reference.without_contact() {
@@ -130,7 +179,8 @@ impl Basis {
 }
 
 impl Model {
-    /// This model with states of a reference, to which `change` leads, and the generator between different blocks.
+    /// This model with the states to which `forth` leads and from which `back` leads, and the generator between
+    /// different blocks.
     pub(super) fn changed(&self, forth: &Mat<f64>, back: &Mat<f64>) -> (Self, Mat<f64>) {
         let n = self.modes();
         let columns = |values: &mut Vec<[f64; 2]>| *values = pairs(&times(forth, &flat(values)));

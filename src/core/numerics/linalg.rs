@@ -138,14 +138,18 @@ pub fn solve(matrix: MatRef<'_, f64>, rhs: &[f64]) -> Vec<f64> {
     x
 }
 
-/// Inverse of a matrix, column by column ([`solve`]).
+/// Inverse of a matrix.
 pub fn inverse(matrix: MatRef<'_, f64>) -> Mat<f64> {
     let n = matrix.nrows();
+    if !portable() {
+        return matrix.partial_piv_lu().solve(Mat::<f64>::identity(n, n));
+    }
+    let factors = plain::Lu::new(matrix.to_owned());
     let mut inverse = Mat::zeros(n, n);
     for j in 0..n {
         let mut unit = vec![0.0; n];
         unit[j] = 1.0;
-        for (i, value) in solve(matrix, &unit).into_iter().enumerate() {
+        for (i, value) in factors.solve(&unit).into_iter().enumerate() {
             inverse[(i, j)] = value;
         }
     }

@@ -12,6 +12,7 @@ use crate::analysis::continuation::drive::DriveMap;
 use crate::analysis::continuation::explore::{
     Branches, ExplorationSettings, ExploreError, explore,
 };
+use crate::analysis::continuation::map::MapError;
 use crate::analysis::continuation::map::MapParameters;
 use crate::analysis::continuation::onset::{Onset, onset};
 use crate::analysis::continuation::path::Span;
@@ -305,10 +306,17 @@ fn plane(
             });
             for bifurcation in found.filter(|b| b.kind.name() == *kind) {
                 Interrupted::check(interrupt)?;
-                if is_known(&plane, &curves, bifurcation) {
+                let Ok(orbit) = map.in_own_coordinates(&bifurcation.orbit) else {
+                    continue;
+                };
+                let bifurcation = Bifurcation {
+                    orbit,
+                    ..bifurcation.clone()
+                };
+                if is_known(&plane, &curves, &bifurcation) {
                     continue;
                 }
-                curves.extend(follow(&mut map, &plane, bifurcation));
+                curves.extend(follow(&mut map, &plane, &bifurcation));
             }
             Interrupted::check(interrupt)?;
             passed(&format!(
@@ -351,7 +359,11 @@ fn onsets(
     for i in 0..ONSETS {
         at[other] = plane.from[other]
             + (plane.to[other] - plane.from[other]) * i as f64 / (ONSETS - 1) as f64;
-        found.extend(onset(&mut map, at, load)?);
+        match onset(&mut map, at, load) {
+            Ok(onset) => found.extend(onset),
+            Err(MapError::NoModel(_)) => {}
+            Err(error) => return Err(error.into()),
+        }
     }
     Ok(found)
 }

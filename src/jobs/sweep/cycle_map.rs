@@ -39,6 +39,9 @@ enum MapKernel {
     Built(Box<(Model, PointKernel)>),
 }
 
+/// Largest change of the modes per relative change of a key, above which states have no derivative.
+const FASTEST_TURN: f64 = 30.0;
+
 /// Why there is no map, or no derivative.
 #[derive(Debug, thiserror::Error)]
 pub enum MapError {
@@ -186,9 +189,18 @@ impl CycleMap {
         let parameters = vec![parameter];
         let family = PointFamily::new(self.point.clone(), parameters, &job.between, &self.parts)
             .holding(fixed_values);
-        family
-            .derivative(family.values(), 0)
-            .map_err(MapError::NoDerivative)
+        let (at, basis) = (family.values(), &self.model().basis);
+        let by = family
+            .derivative(at, 0, basis)
+            .map_err(MapError::NoDerivative)?;
+        let turning = by.change.as_ref().map_or(0.0, |change| change.norm_max());
+        if turning * family.size(at, 0) > FASTEST_TURN {
+            let key = family.parameters[0].name();
+            return Err(MapError::NoDerivative(format!(
+                "no derivative by `{key}`: frequencies are nearly equal, so that the modes of the map jump with it"
+            )));
+        }
+        Ok(by)
     }
 
     /// Maps states. Raising `interrupt` ends the work; the result is then incomplete.
@@ -322,7 +334,7 @@ impl MapRequest<'_> {
                     state.copy_from_slice(&trajectory.state);
                     self.write_tangents(&tangents, ends);
                     for (column, tangent) in by.chunks_exact_mut(dimension).zip(&watch.tangents) {
-                        column.copy_from_slice(tangent.state());
+                        column.copy_from_slice(&tangent.numbers());
                     }
                 }
                 Err(stop) => {
@@ -383,8 +395,7 @@ impl<'a> MapObservers<'a> {
     fn new(mapping: &MapRequest<'a>, start: &TrajectoryState) -> Self {
         let config = mapping.config;
         let tangent_of = |by: &'a ModelDerivative| {
-            let zero = vec![0.0; start.state.len()];
-            ParameterTangent::new(mapping.model, by, &start.state, zero, ())
+            ParameterTangent::of_equal_numbers(mapping.model, by, &start.state, ())
         };
         Self {
             cycles: config.cycles,

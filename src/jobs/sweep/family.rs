@@ -4,7 +4,7 @@ use super::parts::Prepared;
 use crate::analysis::continuation::drive::ParametricDrive;
 use crate::analysis::continuation::map::MapParameters;
 use crate::manifest::{Parameter, PointResolver, PointSpec};
-use crate::model::{Model, ModelDerivative, ShapeChange};
+use crate::model::{Basis, Model, ModelDerivative, ShapeChange};
 
 /// Steps of difference quotients of models, relative to the parameter's size, in the order of attempts. A smaller step
 /// is tried if the model's shape changes within a larger one.
@@ -110,10 +110,10 @@ impl<'a> PointFamily<'a> {
     fn difference(
         &self,
         model: &Model,
-        at: MapParameters,
-        axis: usize,
+        (at, axis): (MapParameters, usize),
         step: f64,
         offsets: &[(f64, f64)],
+        through: &Basis,
     ) -> Result<Result<ModelDerivative, ShapeChange>, String> {
         let models: Vec<(f64, Model)> = (offsets.iter())
             .map(|&(steps, weight)| {
@@ -124,7 +124,7 @@ impl<'a> PointFamily<'a> {
             .collect::<Result<_, String>>()?;
         let models = models.iter().map(|(weight, model)| (*weight, model));
         let models: Vec<(f64, &Model)> = std::iter::once((0.0, model)).chain(models).collect();
-        Ok(Model::combined(&models))
+        Ok(Model::combined(&models, through))
     }
 }
 
@@ -136,7 +136,12 @@ impl ParametricDrive for PointFamily<'_> {
 
     /// Difference quotients of models, of the sixth order: every segment of a model depends smoothly on its
     /// parameters. If a parameter may change in one direction only, the quotient is one-sided.
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String> {
+    fn derivative(
+        &self,
+        at: MapParameters,
+        axis: usize,
+        through: &Basis,
+    ) -> Result<ModelDerivative, String> {
         let central: Vec<(f64, f64)> = (1..)
             .zip(CENTRAL)
             .flat_map(|(i, w)| [(f64::from(i), w), (-f64::from(i), -w)])
@@ -163,7 +168,7 @@ impl ParametricDrive for PointFamily<'_> {
         for offsets in [central, sided(1.0), sided(-1.0)] {
             for step in RELATIVE_STEPS {
                 let step = step * self.size(at, axis);
-                match self.difference(&model, at, axis, step, &offsets) {
+                match self.difference(&model, (at, axis), step, &offsets, through) {
                     Ok(Ok(found)) => return Ok(found),
                     Ok(Err(change)) => {
                         fault.get_or_insert(change.to_string());

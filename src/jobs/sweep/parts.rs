@@ -97,7 +97,7 @@ pub fn structures(job: &Job) -> usize {
 }
 
 /// Largest number of structures in memory. Each sampled drive has a separate structure, and so has each point
-/// of a plane over numbers of a modal file. A structure of 40 modes with shafts takes some 120 KB.
+/// of a plane over numbers of a modal file. A structure of 40 modes with shafts takes some 150 KB.
 const MOST_STRUCTURES: usize = 1 << 11;
 
 /// Structures that all nodes share.

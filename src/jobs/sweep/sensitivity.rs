@@ -258,7 +258,7 @@ fn of_orbit(
 ) -> Result<Vec<Sensitivity>, SensitivityError> {
     let key = &family.parameters[0];
     let at = family.values();
-    let by = family.derivative(at, 0);
+    let by = family.derivative(at, 0, &model.basis);
     let names = QUANTITIES
         .iter()
         .map(|(name, unit)| ((*name).to_owned(), *unit));

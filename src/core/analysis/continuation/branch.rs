@@ -61,6 +61,9 @@ const LONGEST_STEP_TO_PARENT: f64 = 1e-4;
 /// turned back.
 const AT_START: f64 = 1e-7;
 
+/// Smallest part of the parameter in a chord whose sign is not round-off.
+const LEAST_SLOPE: f64 = 1e-3;
+
 /// Factor by which a rejected step is shortened.
 const SHORTER: f64 = 0.4;
 
@@ -236,13 +239,13 @@ fn half_branch(
                 if ahead.refusals == FEW_REFUSALS
                     && let Ok(mut exact) = tangent(map, span, last)
                 {
-                    let before = half_branch.orbits.iter().nth_back(1);
+                    let sense = half_branch.orbits.iter().nth_back(1).and_then(Orbit::sense);
+                    let chord = &ahead.direction;
+                    let is_steep = chord.p.abs() < LEAST_SLOPE * chord.length();
                     // Without a fold in between, the parameter continues in its direction, even at a corner.
-                    let forwards = match before.filter(|before| before.sense() == last.sense()) {
-                        Some(_) => ahead.direction.p > 0.0,
-                        None => exact.cosine(&ahead.direction) >= 0.0,
-                    };
-                    if !forwards {
+                    let goes_on = sense.is_some() && sense == last.sense() && !is_steep;
+                    let same_way = if goes_on { chord.p } else { exact.cosine(chord) };
+                    if same_way < 0.0 {
                         exact = exact.reversed();
                     }
                     ahead.direction = exact;

@@ -1,7 +1,7 @@
 //! The map over whole mesh cycles of a drive, for continuation.
 
 use super::map::{CycleMap, Details, Image, MapError, MapParameters};
-use super::orbit::length;
+use super::orbit::{Orbit, length};
 use super::touches::TouchObserver;
 use crate::analysis::norm::EnergyNorm;
 use crate::analysis::orbits::floquet::monodromy;
@@ -24,11 +24,17 @@ pub trait ParametricDrive {
     /// The reason why there is no model.
     fn model(&self, at: MapParameters) -> Result<Model, String>;
 
-    /// The derivative of the model with respect to a parameter, per unit ([`Model::combined`]).
+    /// The derivative of the model with respect to a parameter, per unit, through states of `through`
+    /// ([`Model::combined`]).
     ///
     /// # Errors
     /// The reason why there is no derivative.
-    fn derivative(&self, at: MapParameters, axis: usize) -> Result<ModelDerivative, String>;
+    fn derivative(
+        &self,
+        at: MapParameters,
+        axis: usize,
+        through: &Basis,
+    ) -> Result<ModelDerivative, String>;
 
     /// Largest number of events allowed in a mesh cycle.
     fn event_limit(&self) -> u32;
@@ -178,6 +184,22 @@ impl<'f, F: ParametricDrive> DriveMap<'f, F> {
         self.built.change.undo(&state)
     }
 
+    /// An orbit of another map of the family, in the coordinates of this map.
+    ///
+    /// # Errors
+    /// [`MapError`].
+    pub fn in_own_coordinates(&mut self, orbit: &Orbit) -> Result<Orbit, MapError> {
+        let [displacement, velocity] = &orbit.details.start;
+        let state = self.model(orbit.at)?.basis.state(displacement, velocity);
+        let u = self.coordinates(&state);
+        Ok(Orbit {
+            monodromy: self.image(&u, orbit.at, orbit.period)?.monodromy,
+            details: self.details(&u, orbit.at, orbit.period)?,
+            u,
+            ..orbit.clone()
+        })
+    }
+
     /// A monodromy matrix of the current model, in the coordinates of the map.
     fn in_coordinates(&self, matrix: &Mat<f64>) -> Mat<f64> {
         let n = self.weighted.len();
@@ -287,7 +309,7 @@ impl<F: ParametricDrive> CycleMap for DriveMap<'_, F> {
         self.build(at)?;
         let by = self
             .family
-            .derivative(at, axis)
+            .derivative(at, axis, &self.basis)
             .map_err(MapError::NoModel)?;
         let mut state = self.state(u);
         let start = vec![0.0; state.state.len()];

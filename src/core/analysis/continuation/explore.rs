@@ -138,7 +138,15 @@ pub fn explore<F: ParametricDrive>(
     }
     for &value in &settings.starts {
         Interrupted::check(interrupt)?;
-        let orbits_at_value = orbits(map, at(value), &settings.search)?;
+        let orbits_at_value = match orbits(map, at(value), &settings.search) {
+            // The modes of another start may have nothing in common with those of the first.
+            Err(MapError::NoModel(reason)) if value != settings.starts[0] => {
+                out.failures
+                    .push(format!("no orbit is sought at {value}: {reason}"));
+                continue;
+            }
+            found => found?,
+        };
         if orbits_at_value.is_empty() {
             out.failures.push(format!(
                 "no orbit of period {} or shorter is found at {value}; raise continuation.guesses or longest_period",

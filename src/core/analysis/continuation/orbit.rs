@@ -11,6 +11,9 @@ use crate::numerics::linalg::{eigenvalues, solve};
 use faer::Mat;
 use num_complex::Complex64;
 
+/// Distance of a real multiplier from 1 that is not round-off.
+const CLEAR: f64 = 1e-6;
+
 /// Largest number of Newton steps; a good guess needs two or three.
 const MOST_STEPS: u32 = 10;
 
@@ -55,10 +58,16 @@ impl Orbit {
     }
 
     /// Whether `det(M − I)` is negative for an even number of coordinates. The parameter changes its direction along a
-    /// branch where this sign changes.
-    pub(super) fn sense(&self) -> bool {
-        let above_one = |m: &&Complex64| m.im == 0.0 && m.re > 1.0;
-        self.multipliers.iter().filter(above_one).count() % 2 == 1
+    /// branch where this sign changes. `None` if a multiplier is too close to 1.
+    pub(super) fn sense(&self) -> Option<bool> {
+        let real = || {
+            self.multipliers
+                .iter()
+                .filter(|m| m.im == 0.0)
+                .map(|m| m.re)
+        };
+        let is_clear = real().all(|m| (m - 1.0).abs() > CLEAR);
+        is_clear.then(|| real().filter(|m| *m > 1.0).count() % 2 == 1)
     }
 
     /// Whether the orbit already repeats after half its period. This half must be a multiple of the

@@ -44,6 +44,8 @@ pub struct ParameterTangent<'m, W> {
     by: &'m Model,
     /// Entries `(row, column, value)` of the derivative of the generator between different blocks.
     between_blocks: Vec<(usize, usize, f64)>,
+    /// Derivative of the change of states.
+    change: Option<&'m Mat<f64>>,
     /// y, first components of all blocks, then second ones.
     state: Vec<f64>,
     /// T_p/T.
@@ -56,6 +58,15 @@ pub struct ParameterTangent<'m, W> {
     time: f64,
     /// Observes every window.
     pub witness: W,
+}
+
+/// The rate at which a constant state turns into another one, `C_p x`.
+fn turned(change: Option<&Mat<f64>>, x: &[f64]) -> Vec<f64> {
+    let row = |i: usize, change: &Mat<f64>| -> f64 {
+        change.row(i).iter().zip(x).map(|(c, x)| c * x).sum()
+    };
+    let entry = |i| change.map_or(0.0, |change| row(i, change));
+    (0..x.len()).map(entry).collect()
 }
 
 /// A closed contact on a window.
@@ -91,6 +102,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
             model,
             by: &by.numbers,
             between_blocks: entries.filter(|(.., value)| *value != 0.0).collect(),
+            change: by.change.as_ref(),
             state: start,
             stretch: by.numbers.period() / model.period(),
             end: x.to_vec(),
@@ -101,9 +113,26 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         }
     }
 
+    /// The derivative of a trajectory that starts at the numbers `x` in the states of every model, although their meaning
+    /// depends on the parameter ([`Self::numbers`]).
+    pub fn of_equal_numbers(
+        model: &'m Model,
+        by: &'m ModelDerivative,
+        x: &[f64],
+        witness: W,
+    ) -> Self {
+        Self::new(model, by, x, turned(by.change.as_ref(), x), witness)
+    }
+
     /// y at the end of the last window.
     pub fn state(&self) -> &[f64] {
         &self.state
+    }
+
+    /// The derivative of the numbers at the end of the last window, in the states of every model.
+    pub fn numbers(&self) -> Vec<f64> {
+        let turned = turned(self.change, &self.end);
+        self.state.iter().zip(turned).map(|(y, t)| y - t).collect()
     }
 
     /// The closed contacts of a window with their derivatives.

@@ -184,12 +184,17 @@ fn mesh(
         let ring_phase = sun.and_then(|sun| phase_of_ring(&sun, ring)).unwrap_or(0.0);
         undrawn_properties.phase = ring_phase + phase_of_sun(section, planets);
     }
-    let at_start = |harmonic: MeshHarmonic| {
-        harmonic.with_phase_lead(-TAU * harmonic.turns_per_cycle() * undrawn_properties.phase)
+    let phase = undrawn_properties.phase;
+    let earlier = |cycles: f64| {
+        move |harmonic: MeshHarmonic| {
+            harmonic.with_phase_lead(-TAU * harmonic.turns_per_cycle() * cycles)
+        }
     };
     let [orders, deviations] = errors?;
+    // The first tooth engages at the start of the cycle that runs at time 0.
+    let deviations = deviations.into_iter().map(earlier(phase.floor()));
     let error = &mut undrawn_properties.error;
-    error.extend(orders.into_iter().map(at_start).chain(deviations));
+    error.extend(orders.into_iter().map(earlier(phase)).chain(deviations));
     let friction = friction?;
     let steady = matches!(&law, Stiffness::Given(divisions) if divisions.len() == 1);
     let symmetry = if table.has("coast_symmetry") {
