@@ -257,9 +257,12 @@ fn the_phase_of_a_mesh_shifts_the_deviations_of_its_teeth() {
         let end = of_mesh + text[of_mesh..].find('\n').unwrap();
         let text = format!("{}phase = {phase}{}", &text[..of_mesh], &text[end..]);
         let model = common::parts().model(&job(&text).points.at(0)).unwrap();
-        let contact = &model.contacts[2].cycles[0];
-        let line = model.lines[model.line(&contact.segments[0])].clone();
-        (line, contact.period)
+        let segment = &model.contacts[2].cycles[0].segments[0];
+        let [p, q] = model.meshes[1].cycles.map(f64::from);
+        (
+            model.lines[model.line(segment)].clone(),
+            model.period() * q / p,
+        )
     };
     let (at_zero, period) = errors(0.0);
     for (phase, ahead) in [(0.3, 0.3), (1.3, 0.3), (-0.7, 0.3)] {

@@ -4,20 +4,14 @@
 //! This works for any origin of the numbers. The effect of their derivatives on a trajectory is then computed
 //! without differences ([`crate::analysis::sensitivity`]).
 
-use super::{Basis, Model, Segment, StateChange};
+use super::error::ShapeChange;
+use super::state_change::{StateChange, times};
+use super::{Basis, Model, Segment};
 use faer::Mat;
 
 /// Largest distortion of the modes of neighbouring models. A larger one shows that a mode exchanges places with an
 /// omitted one, so that no derivative exists.
 const MOST_DISTORTED: f64 = 0.1;
-
-/// Models at neighbouring values of a parameter differ in more than their numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("the {what} of the model change with it")]
-pub struct ShapeChange {
-    /// The part that differs.
-    pub what: &'static str,
-}
 
 /// The derivative of a model with respect to a parameter, in the states of the model.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,6 +24,26 @@ pub struct ModelDerivative {
     /// Derivative of the change C from states of a model to states of the model of the derivative, 2N × 2N; `None` if
     /// states keep their meaning.
     pub change: Option<Mat<f64>>,
+}
+
+impl ModelDerivative {
+    /// Entries `(row, column, value)` of the derivative of the generator between different blocks.
+    pub fn entries_between_blocks(&self) -> Vec<(usize, usize, f64)> {
+        let Some(matrix) = &self.between_blocks else {
+            return Vec::new();
+        };
+        let column = |j: usize| (0..matrix.nrows()).map(move |i| (i, j, matrix[(i, j)]));
+        let all = (0..matrix.ncols()).flat_map(column);
+        all.filter(|(.., value)| *value != 0.0).collect()
+    }
+
+    /// The rate at which a state of constant numbers turns into another state, `C_p x`.
+    pub fn turned(&self, x: &[f64]) -> Vec<f64> {
+        match &self.change {
+            None => vec![0.0; x.len()],
+            Some(change) => times(change, x),
+        }
+    }
 }
 
 impl Model {

@@ -2,6 +2,14 @@
 
 use crate::numerics::decoupling::DecouplingError;
 
+/// Models at neighbouring values of a parameter differ in more than their numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the {what} of the model change with it")]
+pub struct ShapeChange {
+    /// The part that differs.
+    pub what: &'static str,
+}
+
 /// Why a model cannot be built.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ModelError {

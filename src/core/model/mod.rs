@@ -63,13 +63,13 @@ pub use breakpoints::OUT_OF_REACH;
 pub use contact::{
     ActiveSet, COAST_FLANK, Contact, DRIVE_FLANK, FlankState, MOST_CONTACTS, SEVERAL_CONTACTS,
 };
-pub use derivative::{ModelDerivative, ShapeChange};
+pub use derivative::ModelDerivative;
 pub use direction::{Direction, Line};
 pub use drive::{
     CoastFlank, Division, Drive, DriveShaft, ImposedMotion, OperatingPoint, SAME_PHASE,
     StiffnessHarmonic, ToothCycles, TorqueRipple,
 };
-pub use error::{ModelError, NoStaticState};
+pub use error::{ModelError, NoStaticState, ShapeChange};
 pub use excitation::{Ripple, TransmissionErrorHarmonic, turned};
 pub use film::{Film, FilmLayer};
 pub use flank_error::FlankError;

@@ -7,7 +7,7 @@
 //! of blocks change by `C = T₀⁻¹ H T`. C depends smoothly on the parameters, and is the identity for equal structures.
 
 use super::basis::Basis;
-use super::derivative::ShapeChange;
+use super::error::ShapeChange;
 use super::{MeshGain, Model};
 use crate::numerics::linalg::{inverse, product};
 use crate::structure::ModeShapes;
@@ -257,7 +257,8 @@ fn twice(matrix: &Mat<f64>) -> Mat<f64> {
     })
 }
 
-fn times(matrix: &Mat<f64>, vector: &[f64]) -> Vec<f64> {
+/// A matrix times a vector.
+pub(super) fn times(matrix: &Mat<f64>, vector: &[f64]) -> Vec<f64> {
     let mut out = vec![0.0; matrix.nrows()];
     for (column, value) in matrix.col_iter().zip(vector) {
         for (out, entry) in out.iter_mut().zip(column.iter()) {

@@ -2,5 +2,6 @@
 
 pub mod derivative_observer;
 pub mod ensemble;
+mod impulse;
 pub mod orbit;
 pub mod tangent;

@@ -19,8 +19,9 @@
 //! Only a kernel's windows and events are used, so that any exact kernel is suitable.
 
 use super::derivative_observer::{DerivativeObserver, WindowDerivative};
+use super::impulse::{IMPULSE_RESPONSE_TERMS, impulse_response, push};
 use crate::analysis::modal_series::{Series, TERMS, cosine_series, padded};
-use crate::model::{Block, Contact, Direction, Model, ModelDerivative, Segment};
+use crate::model::{Block, Contact, Model, ModelDerivative, Segment};
 use crate::numerics::convolution::convolution24;
 use crate::numerics::legendre::{at_end, at_start, derivative, evaluate, transforms24};
 use crate::numerics::linalg::solve;
@@ -34,9 +35,6 @@ use std::f64::consts::FRAC_PI_2;
 /// At an event with a larger margin, the force vanishes, or the gap or the line changes in a step.
 const ON_SURFACE: f64 = 1e-7;
 
-/// Terms of the Legendre series of a block's exponential on a window, and of the response to an impulse.
-const IMPULSE_RESPONSE_TERMS: usize = 32;
-
 /// The derivative of a trajectory with respect to a parameter, window after window.
 #[derive(Debug)]
 pub struct ParameterTangent<'m, W> {
@@ -44,8 +42,7 @@ pub struct ParameterTangent<'m, W> {
     by: &'m Model,
     /// Entries `(row, column, value)` of the derivative of the generator between different blocks.
     between_blocks: Vec<(usize, usize, f64)>,
-    /// Derivative of the change of states.
-    change: Option<&'m Mat<f64>>,
+    derivative: &'m ModelDerivative,
     /// y, first components of all blocks, then second ones.
     state: Vec<f64>,
     /// T_p/T.
@@ -58,15 +55,6 @@ pub struct ParameterTangent<'m, W> {
     time: f64,
     /// Observes every window.
     pub witness: W,
-}
-
-/// The rate at which a constant state turns into another one, `C_p x`.
-fn turned(change: Option<&Mat<f64>>, x: &[f64]) -> Vec<f64> {
-    let row = |i: usize, change: &Mat<f64>| -> f64 {
-        change.row(i).iter().zip(x).map(|(c, x)| c * x).sum()
-    };
-    let entry = |i| change.map_or(0.0, |change| row(i, change));
-    (0..x.len()).map(entry).collect()
 }
 
 /// A closed contact on a window.
@@ -91,18 +79,11 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         start: Vec<f64>,
         witness: W,
     ) -> Self {
-        let entries = by.between_blocks.iter().flat_map(|matrix| {
-            let columns = matrix.col_iter().enumerate();
-            columns.flat_map(|(j, column)| {
-                let entries = column.iter().enumerate();
-                entries.map(move |(i, value)| (i, j, *value))
-            })
-        });
         Self {
             model,
             by: &by.numbers,
-            between_blocks: entries.filter(|(.., value)| *value != 0.0).collect(),
-            change: by.change.as_ref(),
+            between_blocks: by.entries_between_blocks(),
+            derivative: by,
             state: start,
             stretch: by.numbers.period() / model.period(),
             end: x.to_vec(),
@@ -121,7 +102,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         x: &[f64],
         witness: W,
     ) -> Self {
-        Self::new(model, by, x, turned(by.change.as_ref(), x), witness)
+        Self::new(model, by, x, by.turned(x), witness)
     }
 
     /// y at the end of the last window.
@@ -131,7 +112,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
 
     /// The derivative of the numbers at the end of the last window, in the states of every model.
     pub fn numbers(&self) -> Vec<f64> {
-        let turned = turned(self.change, &self.end);
+        let turned = self.derivative.turned(&self.end);
         self.state.iter().zip(turned).map(|(y, t)| y - t).collect()
     }
 
@@ -372,7 +353,10 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
                 out
             };
             for (j, other) in closed.iter().enumerate() {
-                let kernel = self.kernel(contact.direction, other.direction, &exponentials);
+                let [observed, pushed] =
+                    [contact, other].map(|c| &self.model.directions[c.direction]);
+                let kernel =
+                    impulse_response(&self.model.blocks, [observed, pushed], &exponentials);
                 for (m, column) in convolution24().operator(&kernel, tau).iter().enumerate() {
                     for (n, value) in law(column).into_iter().enumerate() {
                         system[(i * TERMS + n, j * TERMS + m)] += value;
@@ -388,35 +372,6 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         }
         let solved = solve(system.as_ref(), &right);
         solved.chunks_exact(TERMS).map(padded).collect()
-    }
-
-    /// Response of the deflection along direction `observed` to an impulse of the force along `pushed`, as a
-    /// series.
-    fn kernel(
-        &self,
-        observed: usize,
-        pushed: usize,
-        exponentials: &[[Complex64; IMPULSE_RESPONSE_TERMS]],
-    ) -> [f64; IMPULSE_RESPONSE_TERMS] {
-        let mut out = [0.0; IMPULSE_RESPONSE_TERMS];
-        let (observed, pushed) = (
-            &self.model.directions[observed].gains,
-            &self.model.directions[pushed].gains,
-        );
-        for (i, block) in self.model.blocks.iter().enumerate() {
-            let (w, g, m) = (
-                observed[i].deflection,
-                pushed[i].mesh_input,
-                block.traceless(),
-            );
-            let cosine = w[0] * g[0] + w[1] * g[1];
-            let sine =
-                w[0] * (m[0][0] * g[0] + m[0][1] * g[1]) + w[1] * (m[1][0] * g[0] + m[1][1] * g[1]);
-            for (value, e) in out.iter_mut().zip(&exponentials[i]) {
-                *value += e.re * cosine + e.im * sine;
-            }
-        }
-        out
     }
 
     /// Contribution of the change of a closed contact's law to f.
@@ -494,14 +449,6 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         moved -= contact.side * (by.half_gap + segment.change_at(change, phase)[1]);
         let margin = (contact.side * deflection - gap) / self.model.half_gap;
         (moved, margin)
-    }
-}
-
-/// Adds `kick g` to a state.
-fn push(direction: &Direction, kick: f64, n: usize, state: &mut [f64]) {
-    for (i, gain) in direction.gains.iter().enumerate() {
-        state[i] += kick * gain.mesh_input[0];
-        state[n + i] += kick * gain.mesh_input[1];
     }
 }
 

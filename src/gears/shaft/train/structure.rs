@@ -15,7 +15,6 @@ use crate::structure::{
     BearingGain, ContactLaw, ModalStructure, ModeCount, MotionKind, StructureContact, TorqueGain,
     TurningFrame,
 };
-use std::sync::Arc;
 
 /// The motions that bearings must hold, with the stiffnesses that do so.
 const REQUIRED_SUPPORTS: [(Freedom, &str, &str); 5] = [
@@ -88,19 +87,17 @@ impl TrainDrive {
             .map(|gain| if *gain < 0.0 { -1.0 } else { 1.0 });
         let elastic = orientation(&drive[..modes], rigid, &solution);
         solved.signs = turning.chain(elastic).collect();
+        let to_structure_modes = |column: &mut [f64]| solved.to_structure_modes(column);
         let gains = BearingTerms::gains(
             &bearings,
             &with_shapes,
             [modes, solved.neutral.len()],
-            |column: &mut [f64]| solved.to_structure_modes(column),
+            to_structure_modes,
         );
         let with_shapes = self.structure(&solved, &layout, &assembled, (flanks, damping, gains))?;
-        let to_structure_modes = |column: &mut [f64]| solved.to_structure_modes(column);
         let mut structure = with_shapes.truncated(modes, false)?;
         structure.tilt_residuals = tilt_residuals(&with_shapes, modes + bearings.len());
-        structure.shapes = Some(Arc::new(
-            solution.in_freedoms(&matrices, to_structure_modes),
-        ));
+        structure.shapes = Some(solution.in_freedoms(&matrices, to_structure_modes).into());
         (structure.coupling, structure.frame.stiffness) =
             projection::coupling(&matrices, &solution, to_structure_modes);
         release_neutral(&mut structure);
