@@ -74,6 +74,7 @@ fn all(c: &mut Criterion) {
     let family = Stopped {
         damping: 0.01,
         stop: 29.0,
+        whirls: false,
     };
     measure(
         c,

@@ -20,18 +20,31 @@ pub struct Stopped {
     pub damping: f64,
     /// Stiffness of the stop κ.
     pub stop: f64,
+    /// Whether the body whirls: gyroscopic terms proportional to ω, and a damper, couple modes of frequencies 1 and 1.3.
+    /// Both deflect the stop, and forces act on the first one.
+    pub whirls: bool,
 }
 
-/// The same stop at a body that whirls: the modes of frequencies 1 and 1.3 are coupled by gyroscopic terms
-/// proportional to ω, and by a damper. Both deflect the stop, and forces act on the first one.
-pub struct Whirling(pub Stopped);
-
 impl Stopped {
-    fn with(
-        &self,
-        mut structure: ModalStructure,
-        [omega, amplitude]: MapParameters,
-    ) -> Result<Model, String> {
+    fn structure(&self) -> ModalStructure {
+        let of_modes = ModalStructure::of_modes;
+        if !self.whirls {
+            return of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
+        }
+        ModalStructure {
+            coupling: Some(Coupling {
+                damping: vec![0.02, 0.03, 0.03, 0.05],
+                gyroscopic: vec![0.0, 0.4, -0.4, 0.0],
+                stiffness: vec![0.0; 4],
+            }),
+            ..of_modes(&[1.0, 1.3], self.damping, &[1.0, 0.6], &[1.0, 0.0])
+        }
+    }
+}
+
+impl ParametricDrive for Stopped {
+    fn model(&self, [omega, amplitude]: MapParameters) -> Result<Model, String> {
+        let mut structure = self.structure();
         structure.harmonic_loads = vec![HarmonicLoad {
             name: "force".to_owned(),
             force: structure.torque.iter().map(|t| t * amplitude).collect(),
@@ -59,78 +72,36 @@ impl Stopped {
         };
         Model::new(&structure, &drive, point).map_err(|error| error.to_string())
     }
-}
 
-impl ParametricDrive for Stopped {
-    fn model(&self, at: MapParameters) -> Result<Model, String> {
-        let structure = ModalStructure::of_modes(&[1.0], self.damping, &[1.0], &[1.0]);
-        self.with(structure, at)
-    }
-
+    /// Central differences of the sixth order.
     fn derivative(
         &self,
         at: MapParameters,
         axis: usize,
         through: &Basis,
     ) -> Result<ModelDerivative, String> {
-        difference(self, at, axis, through)
+        let h = 1e-3;
+        let models: Vec<(f64, Model)> = [
+            (0.0, 0.0),
+            (1.0, 45.0),
+            (2.0, -9.0),
+            (3.0, 1.0),
+            (-1.0, -45.0),
+            (-2.0, 9.0),
+            (-3.0, -1.0),
+        ]
+        .into_iter()
+        .map(|(steps, weight)| {
+            let mut there = at;
+            there[axis] += steps * h;
+            Ok((weight / (60.0 * h), self.model(there)?))
+        })
+        .collect::<Result<_, String>>()?;
+        let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
+        Model::combined(&models, through).map_err(|error| error.to_string())
     }
 
     fn event_limit(&self) -> u32 {
         1000
     }
-}
-
-impl ParametricDrive for Whirling {
-    fn model(&self, at: MapParameters) -> Result<Model, String> {
-        let (own, stop) = (&self.0, [1.0, 0.6]);
-        let mut structure = ModalStructure::of_modes(&[1.0, 1.3], own.damping, &stop, &[1.0, 0.0]);
-        structure.coupling = Some(Coupling {
-            damping: vec![0.02, 0.03, 0.03, 0.05],
-            gyroscopic: vec![0.0, 0.4, -0.4, 0.0],
-            stiffness: vec![0.0; 4],
-        });
-        own.with(structure, at)
-    }
-
-    fn derivative(
-        &self,
-        at: MapParameters,
-        axis: usize,
-        through: &Basis,
-    ) -> Result<ModelDerivative, String> {
-        difference(self, at, axis, through)
-    }
-
-    fn event_limit(&self) -> u32 {
-        1000
-    }
-}
-
-/// Central differences of the sixth order.
-fn difference(
-    family: &impl ParametricDrive,
-    at: MapParameters,
-    axis: usize,
-    through: &Basis,
-) -> Result<ModelDerivative, String> {
-    let h = 1e-3;
-    let models: Vec<(f64, Model)> = [
-        (0.0, 0.0),
-        (1.0, 45.0),
-        (2.0, -9.0),
-        (3.0, 1.0),
-        (-1.0, -45.0),
-        (-2.0, 9.0),
-        (-3.0, -1.0),
-    ]
-    .into_iter()
-    .map(|(steps, weight)| {
-        let mut there = at;
-        there[axis] += steps * h;
-        Ok((weight / (60.0 * h), family.model(there)?))
-    })
-    .collect::<Result<_, String>>()?;
-    let models: Vec<(f64, &Model)> = models.iter().map(|(w, m)| (*w, m)).collect();
-    Model::combined(&models, through).map_err(|error| error.to_string())
 }

@@ -17,7 +17,7 @@ use gearatlas::model::{
     StateChange,
 };
 use gearatlas::structure::{HarmonicLoad, ModalStructure};
-use stopped::{OFF, PUBLISHED, Stopped, Whirling};
+use stopped::{OFF, PUBLISHED, Stopped};
 
 /// The amplitude at which the linear oscillator just reaches the stop.
 fn grazing(omega: f64, damping: f64) -> f64 {
@@ -31,6 +31,7 @@ fn a_bilinear_oscillator_is_the_published_one() {
     let family = Stopped {
         damping: 0.01,
         stop: 29.0,
+        whirls: false,
     };
     let at = [0.8, PUBLISHED];
     let mut map = DriveMap::new(&family, at).unwrap();
@@ -143,10 +144,11 @@ fn a_bilinear_oscillator_is_the_published_one() {
 /// nevertheless, and follows an orbit to the same one that is found there.
 #[test]
 fn coordinates_keep_their_meaning_where_modes_are_coupled() {
-    let family = Whirling(Stopped {
+    let family = Stopped {
         damping: 0.02,
         stop: 2.0,
-    });
+        whirls: true,
+    };
     let (from, at) = ([0.7, 1.0], [1.2, 1.0]);
     let mut map = DriveMap::new(&family, from).unwrap();
     let first = map.model(from).unwrap().basis.clone();
@@ -226,6 +228,7 @@ fn grazing_is_where_the_closed_form_says() {
     let family = Stopped {
         damping,
         stop: 100.0,
+        whirls: false,
     };
     for omega in [0.7, 1.0, 1.3] {
         let mut map = DriveMap::new(&family, [omega, 0.01]).unwrap();
