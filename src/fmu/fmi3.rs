@@ -1,4 +1,5 @@
-//! The functions of FMI 3.0 that this FMU provides; the others are in `both` and `absent`.
+//! Functions of FMI 3.0 whose arguments differ from those of FMI 2.0. Functions with equal arguments are in `both`,
+//! unsupported ones in `absent`.
 
 use super::both::{get, set};
 use super::export::exported;

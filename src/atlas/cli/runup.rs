@@ -38,8 +38,8 @@ pub struct RunupArgs {
     pub json: bool,
 }
 
-/// Runs one drive up: status 0 if done, 2 for bad input, 3 if the motion could not be integrated to the end, 130 if
-/// interrupted.
+/// Runs one drive up: status 0 if done, 1 if files cannot be written, 2 for bad input, 3 if the motion could not be
+/// integrated to the end, 130 if interrupted.
 pub fn run(args: &RunupArgs) -> Status {
     let job = args.manifest.read_job()?;
     let Some(spec) = &job.run_up else {

@@ -42,7 +42,8 @@ impl Tied {
         let all = groups.iter().filter_map(longest).product::<usize>() * untied;
         let group = |mut group_axes: Vec<usize>| {
             let others = all / longest(&group_axes).unwrap_or(1);
-            // The axis with most values comes first. If several have equally many, the fastest axis does.
+            // The axis with most values comes first. Of axes with equally many values, the one with the largest
+            // index comes first: it varies fastest from point to point.
             group_axes.sort_by_key(|&axis| Reverse((length(axis), axis)));
             let plane = match group_axes[..] {
                 [first, second, ..] => Some([second, first]),

@@ -267,7 +267,8 @@ fn without_rotations(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     mesh
 }
 
-/// A tilt without round-off in the `rigid` blocks: a rotation about the shafts does not tilt them.
+/// A tilt whose entries in the `rigid` blocks are zero if they are only round-off: a rotation about the shafts does not
+/// tilt them.
 fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     for &i in rigid {

@@ -109,7 +109,8 @@ pub struct ModalStructure {
     /// cycles.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub shafts: Vec<(String, [u32; 2])>,
-    /// Shapes of the modes, if the structure has parts.
+    /// Shapes of the modes in the freedoms from which the structure was assembled. `None` if these freedoms are
+    /// unknown, as for a modal file.
     #[serde(skip)]
     pub shapes: Option<Arc<ModeShapes>>,
 }

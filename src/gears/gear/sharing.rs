@@ -1,23 +1,22 @@
 //! How is a load shared among the pairs in contact and over the face width?
 //!
-//! Every pair is cut into slices across the face. Let x be the approach of the gears along the line of
-//! action at position z of the face. A pair j presses with the line load
+//! Every pair is cut into slices across the face. All slices have the same approach x of the gears along the line of
+//! action. Pair j carries the line load q_j(z) ≥ 0 at position z of the face:
 //!
 //! ```text
-//! x = g_j(z) + Σ_i C_ji q_i(z) where q_j > 0, x ≤ that elsewhere,     F = Σ_j ∫ q_j dz
+//! x = g_j(z) + Σ_i C_ji q_i(z)  where q_j > 0,    x ≤ g_j(z) + Σ_i C_ji q_i(z)  where q_j = 0
+//! F = Σ_j ∫ q_j dz
 //! ```
 //!
-//! with the compliance of teeth, contact and gear bodies `C_jj` (times width), that of the bodies between two pairs
-//! `C_ji`, and the gap `g_j(z) = ε z + relief + deviation`. All pairs share the gear bodies, so the part of their
-//! compliance common to `C_jj` and `C_ji` counts once. Conry & Seireg 1973 pose the problem of deformation
-//! compatibility. Slices are independent, as in any thin-slice model, unless the law of the pairs couples them
-//! ([`FaceCoupling`](super::FaceCoupling)).
+//! `C_jj` is the compliance of teeth, contact and gear bodies (times width). `C_ji` is the compliance of the gear bodies,
+//! through which the load of pair i deflects pair j. The gap is `g_j(z) = ε z + relief + deviation`. Conry & Seireg 1973
+//! pose the problem of deformation compatibility. Slices are independent, as in any thin-slice model, unless the law of
+//! the pairs couples them ([`FaceCoupling`](super::FaceCoupling)).
 //!
-//! Within a slice the common part of the pairs' gaps is linear. F(x) is
-//! then piecewise quadratic and monotone, and solved exactly for any number of slices:
-//! with plain misalignment one slice is as good as a hundred. If the gap curves across the
-//! face (crowning), the error falls with the square of the slice width. On a helical face every slice
-//! has different pairs ([`HelicalFace`]).
+//! In a slice the mean gap of the pairs is linear in z, and each pair deviates from it by a constant. F(x) is then
+//! piecewise quadratic and monotone, and solved exactly for any number of slices: with plain misalignment one slice is
+//! as good as a hundred. If the gap curves across the face (crowning), the error falls with the square of the slice
+//! width. On a helical face every slice has different pairs ([`HelicalFace`]).
 
 mod contact;
 mod coupled;

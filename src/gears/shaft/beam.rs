@@ -14,7 +14,7 @@ use std::f64::consts::PI;
 /// Freedoms of an element.
 pub const ELEMENT_FREEDOMS: usize = 12;
 
-/// A 12 × 12 element matrix, rows first.
+/// A 12 × 12 element matrix, row-major.
 pub type ElementMatrix = [[f64; ELEMENT_FREEDOMS]; ELEMENT_FREEDOMS];
 
 /// A circular section, solid or hollow.

@@ -96,8 +96,9 @@ impl<'a> CommandTables<'a> {
         self.superseded = Some(table_path(self.folder, kind, None));
     }
 
-    /// Gives the tables their final names and writes their record. A full disk has caused an error before, so the
-    /// earlier tables and their record are then still there. No record exists while old and new tables are mixed.
+    /// Gives the tables their final names and writes their record. All tables are complete: after an error of their
+    /// writer, for example on a full disk, this function is not called, and the tables of the earlier command remain.
+    /// The earlier record goes first, so no record exists while old and new tables are mixed.
     pub(super) fn finish(self) -> Result<Vec<TableRecord>, StoreError> {
         remove(&self.folder.join(self.record))?;
         self.superseded.as_deref().map_or(Ok(()), remove)?;

@@ -295,9 +295,9 @@ mod tests {
         assert!(20 * few < all, "{few} of {all} cycles");
     }
 
-    /// Other analyses are tried out in a reduced form and extrapolated.
+    /// The trial runs analyses beside the integration, such as `horizon`, in a reduced form, and extrapolates their time.
     #[test]
-    fn a_part_stands_for_the_whole_of_what_is_asked_beside() {
+    fn the_time_of_a_reduced_analysis_is_extrapolated() {
         let text = include_str!("../../../tests/data/oscillator.toml").replace(
             "[analyses]",
             "[analyses]\nhorizon = { twins = 64, separation = 1e-6, cycles = 20, averages = 320 }",

@@ -1,9 +1,10 @@
-//! Certified runs of cells, and whole cycles of constant contact, in one product.
+//! A kernel that advances several cells, or a whole cycle of constant contact, by one matrix product.
 //!
-//! Rows give δ at the ends of the cells of a run from the state at its start, and a bound of δ'' over it. If the
-//! smallest margin exceeds the largest sag of a curve between two cell ends, there is no event, and one
-//! product crosses the run. A whole cycle in contact is certified by its distance from the steady reference cycle with
-//! a known smallest margin: one sum of absolute values. The spectral form treats everything else.
+//! A run is a group of neighbouring cells. The rows of a table give δ at the ends of its cells from the state at its
+//! start, and a bound of δ''. The bound limits how far δ sags below the chord between two cell ends. If the margin at
+//! every cell end exceeds this sag, the run has no event, and one product advances the state. A whole cycle has no event
+//! if the smallest margin of the steady cycle exceeds a bound of the difference in δ, which is a weighted sum of the
+//! absolute differences of the state from the steady one. The spectral kernel does everything else.
 
 use super::DenseError;
 use super::bases::Bases;

@@ -69,7 +69,9 @@ pub struct SpectralTable {
 #[derive(Debug, Clone)]
 pub struct Factors {
     pub time: f64,
+    /// `e^{αt} cos νt` of each wave, then of each harmonic.
     cosine: Vec<f64>,
+    /// `e^{αt} sin νt` of the same.
     sine: Vec<f64>,
     /// `e^{Gt}`, row by row.
     slow: Vec<f64>,

@@ -20,7 +20,7 @@ pub fn product_times() -> Value {
     for dimension in DIMENSIONS {
         let most = BEYOND_CACHES / (8 * dimension * dimension);
         for operators in [1, TABLE, most] {
-            let (ns, bytes) = product(dimension, operators);
+            let (ns, bytes) = time_of_product(dimension, operators);
             found.push(json!({
                 "dimension": dimension,
                 "operators": operators,
@@ -32,7 +32,9 @@ pub fn product_times() -> Value {
     Value::Array(found)
 }
 
-fn product(dimension: usize, count: usize) -> (f64, usize) {
+/// Median time of a product of matrix and vector \[ns\], with `count` matrices in turn, and the size of all matrices
+/// \[bytes\].
+fn time_of_product(dimension: usize, count: usize) -> (f64, usize) {
     let entry = |i: usize, j: usize| ((7 * i + 13 * j) % 19) as f64 / 19.0 - 0.5;
     let matrix = Mat::from_fn(dimension, dimension, entry);
     let operators: Vec<Operator> = (0..count).map(|_| Operator::new(matrix.as_ref())).collect();

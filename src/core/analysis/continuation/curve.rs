@@ -86,8 +86,9 @@ const LARGEST_MULTIPLIER_ERROR: f64 = 1e-4;
 /// Depth of an extreme that counts as zero, in sizes of the motion.
 const NO_DEPTH: f64 = 1e-12;
 
-/// Offsets of the first trial from the guess, relative to the interval, in the order tried. On one side of a
-/// graze there may be no orbit.
+/// Offsets of the first trial from the guess, in the order tried. They are relative to the interval of the sought
+/// parameter, or along a fold's null vector in sizes of the motion. There are several because on one side of a graze
+/// there may be no orbit.
 const FIRST_PLACES: [f64; 7] = [0.0, 1e-4, -1e-4, 1e-3, -1e-3, 5e-3, -5e-3];
 
 /// Maximum number of halvings of a step if there is no orbit.

@@ -241,7 +241,8 @@ impl Nvh {
         let stderr = has_errors.then(|| {
             let error = |known: Option<(f64, f64)>| known.map_or(f64::INFINITY, |(_, e)| e);
             let errors = sums::errors(stretches, &total, self.origin, self.losses.as_ref());
-            // Peaks are distances from the mean, so an error of the mean moves all of them.
+            // Deflection peaks are distances from the mean, so an error of the mean moves all of them. Force peaks are
+            // the largest forces.
             let of_peaks = deflection_peak_errors.iter();
             NvhStatistics {
                 suborders: suborder_errors,

@@ -22,8 +22,8 @@ pub(super) const SPLIT_IMAGINARY: f64 = 16.0 * f64::EPSILON;
 /// Imaginary parts below this fraction of the matrix norm are too uncertain for the form
 /// `[[mu, nu], [-nu, mu]]`.
 pub(super) const LEAST_IMAGINARY: f64 = 1e-9;
-/// Pivots of the equations for two blocks below this fraction of the largest one count as zero: the blocks
-/// then have common eigenvalues.
+/// A pivot of the Sylvester equation `B X - X C = E` counts as zero below this fraction of the largest pivot. The
+/// blocks B and C then have common eigenvalues.
 pub(super) const EQUAL_EIGENVALUES: f64 = 1e-10;
 /// Complex eigenvalues closer than this fraction of the matrix norm count as coinciding.
 pub(super) const CLUSTER_DISTANCE: f64 = 1e-11;

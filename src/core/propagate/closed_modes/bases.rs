@@ -29,7 +29,8 @@ pub enum Bases<'t> {
 }
 
 impl<'t> Bases<'t> {
-    /// Computes the bases.
+    /// Computes the bases of all systems if these are few, or else only the fastest rate: each basis then follows when
+    /// a motion reaches its system.
     ///
     /// # Errors
     /// As for [`arrays`].

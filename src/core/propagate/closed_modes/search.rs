@@ -20,7 +20,8 @@ pub trait Margin {
     /// Margin \[m\], rate \[m/s\] and second derivative \[m/s²\] at a time.
     fn at(&mut self, time: f64) -> [f64; 3];
 
-    /// The same margin, for functions that are compiled once for all processors.
+    /// The same margin as an object that selects the instruction set at every call. Its callers are compiled once for
+    /// all processors.
     fn dispatched(&mut self) -> &mut dyn Margin;
 }
 

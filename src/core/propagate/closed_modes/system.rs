@@ -155,7 +155,7 @@ pub struct SharedData<'a> {
     pub model: &'a Model,
     /// Its inputs.
     pub frequencies: &'a Frequencies,
-    /// The modes that changes of the system mix.
+    /// The modes that the maps between systems mix. An event maps the state from one system to another.
     pub mixed: &'a MixedModes,
     /// Distance of nodes \[s\].
     pub step: f64,

@@ -102,7 +102,7 @@ const INF: f64 = f64::INFINITY;
 pub(in crate::manifest) const ANY: Bounds = bounds(-INF, true, INF, true);
 pub(in crate::manifest) const POSITIVE: Bounds = bounds(0.0, true, INF, true);
 pub(super) const NON_NEGATIVE: Bounds = bounds(0.0, false, INF, true);
-/// Damping ratios: the kernels take underdamped and undamped modes only.
+/// From 0 to below 1: damping ratios, coefficients of friction, and relative drops.
 pub(super) const BELOW_ONE: Bounds = bounds(0.0, false, 1.0, true);
 
 /// Upper bound of counts that only memory and time limit. It catches typing errors.
