@@ -6,15 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// Interval at which Python checks for Ctrl-C and for progress while it waits.
+/// Interval between checks for Ctrl-C and for progress while the work runs.
 const CHECK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Runs `work` on a separate thread, without the interpreter's lock. Meanwhile calls `between` periodically, and once
-/// at the end. After Ctrl-C or an exception in `between`, sets the flag that ends the work, waits for its end, and
-/// returns the exception.
+/// at the end. Returns the result of `work`.
 ///
 /// # Errors
-/// The exception.
+/// The exception of Ctrl-C or of `between`. The flag then ends the work, and the function waits for its end.
 pub fn attended<T: Send>(
     py: Python<'_>,
     work: impl FnOnce(&AtomicBool) -> T + Send,

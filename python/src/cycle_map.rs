@@ -21,7 +21,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Mesh cycles of a trajectory or a tangent between two checks for Ctrl-C: some milliseconds.
+/// Largest number of mesh cycles, over all trajectories and tangents, that is computed without checks for Ctrl-C: some
+/// milliseconds.
 const CYCLES_PER_CHECK: u64 = 2000;
 
 /// The number of cycles below which starting other threads takes longer than it saves.
@@ -35,7 +36,7 @@ pub struct CycleMap {
     pool: ThreadPool,
 }
 
-/// Arrays and tables of an image: states, tangents, derivatives, events, stops.
+/// An image: states; tangents, derivatives and events if requested; index and reason of every state that stopped.
 type Image<'py> = (
     Bound<'py, PyArray2<f64>>,
     Option<Bound<'py, PyAny>>,

@@ -1,5 +1,5 @@
-//! Gear rattle over grids of operating points. The program propagates a flexible drive with backlash exactly between
-//! breakpoints and locates events to round-off. Every result carries its error.
+//! Gear rattle over grids of operating points. The default kernels integrate a flexible drive with backlash to
+//! round-off and locate events to round-off. Averages of motion that does not settle have standard errors.
 //!
 //! Data flows one way:
 //!

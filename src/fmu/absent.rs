@@ -6,7 +6,8 @@ use super::foreign::{Handle, Logger, Logger3, Opaque};
 use super::instance::Refusal;
 use std::ffi::c_int;
 
-/// Functions that get or set values of a type that no variable has. They accept only empty requests.
+/// Functions for values that no variable has: further types, integers to be set, derivatives of outputs, clocks. They
+/// accept only empty requests.
 macro_rules! of_no_variable {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
         exported! { $(

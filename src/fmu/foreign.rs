@@ -1,8 +1,8 @@
 //! Conversion of the importer's data to Rust and back: the only code that uses its pointers.
 //!
 //! Only the importer makes values of these types, when it calls a function that this library exports. The
-//! standard defines their targets. During the call they point to a text that ends with 0, to the number of
-//! values that the call gives, or to a result of an earlier call. Null pointers are refused, except for empty
+//! standard defines what they point to. During the call this is a text that ends with 0, as many values as an argument
+//! of the call states, or a result of an earlier call. Null pointers are refused, except for empty
 //! lists.
 
 #![allow(unsafe_code)]
@@ -21,7 +21,7 @@ pub const ERROR: c_int = 3;
 /// Status: an error, after which the instance is not usable.
 pub const FATAL: c_int = 4;
 
-/// A pointer that is returned unchanged or ignored.
+/// A pointer that is passed back to the importer unchanged, or ignored.
 #[repr(transparent)]
 #[derive(Clone, Copy)]
 pub struct Opaque(*mut c_void);
@@ -78,7 +78,7 @@ impl<T: Copy> RequestedValues<T> {
         }
     }
 
-    /// Writes one value if there is room for it.
+    /// Writes one value, unless the pointer is null.
     pub fn answer(self, value: T) {
         if !self.0.is_null() {
             // SAFETY: the importer passed the pointer as room for one value.
@@ -95,8 +95,8 @@ pub struct SavedState(*mut LiveState);
 impl SavedState {
     /// The state.
     pub fn read<'a>(self) -> Result<&'a LiveState, Refusal> {
-        // SAFETY: the pointer is null or was made by `StatePointer` and is not freed: FMI allows the importer to pass only
-        // such pointers.
+        // SAFETY: FMI allows the importer to pass only a null pointer, or one that `StatePointer` made and has not
+        // freed.
         let live = unsafe { self.0.as_ref() };
         live.ok_or_else(|| Refusal::error("there is no state to read"))
     }
@@ -114,7 +114,7 @@ impl StatePointer {
         place.ok_or_else(|| Refusal::error("a place for a state is a null pointer"))
     }
 
-    /// Stores a copy of a state there. An existing state is overwritten.
+    /// Stores a copy of a state in the variable. A state that the variable contains is overwritten.
     pub fn overwrite(self, live: &LiveState) -> Result<(), Refusal> {
         let place = self.place()?;
         // SAFETY: the pointer is null, or this type made it and has not freed it.
@@ -125,7 +125,7 @@ impl StatePointer {
         Ok(())
     }
 
-    /// Stores a new state there. The previous value of the variable is ignored.
+    /// Stores a new state in the variable. The previous value of the variable is ignored.
     pub fn fill(self, live: LiveState) -> Result<(), Refusal> {
         *self.place()? = Box::into_raw(Box::new(live));
         Ok(())
@@ -231,7 +231,7 @@ impl Handle {
     /// No instance.
     pub const NONE: Self = Self(std::ptr::null_mut());
 
-    /// Makes an instance. On failure logs a message and returns none.
+    /// Makes an instance. After a failure, logs a message and returns [`Self::NONE`].
     pub fn make(logger: Logger, make: impl FnOnce() -> Result<Instance, Refusal>) -> Self {
         super::panics::keep();
         let refusal = match caught(make) {
@@ -253,7 +253,7 @@ impl Handle {
         unsafe { self.0.cast::<InstanceBox>().as_mut() }
     }
 
-    /// Calls an instance and returns its status. A refusal goes to the logger.
+    /// Calls an instance and returns the status of the call. The reason of a refusal goes to the logger.
     pub fn call(self, act: impl FnOnce(&mut Instance) -> Result<(), Refusal>) -> c_int {
         let Some(InstanceBox { instance, logger }) = self.instance_box() else {
             return ERROR;

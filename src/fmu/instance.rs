@@ -10,20 +10,20 @@ use std::path::Path;
 /// Largest difference between the times of importer and instance, relative to the larger of step and time.
 const SAME_TIME: f64 = 1e-9;
 
-/// Largest part of a step by which these times may differ.
+/// Largest part of a step by which these times may differ, unless the rounding of the time is larger.
 const PART_OF_STEP: f64 = 1e-2;
 
 /// Why a call is refused.
 #[derive(Debug)]
 pub enum Refusal {
-    /// The call is impossible in the present state.
+    /// A step failed. The state is as before the step.
     Discard(String),
-    /// The call is never allowed.
+    /// The call is not allowed in the present mode, its arguments are wrong, or a plant or state is not possible.
     Error(Cow<'static, str>),
 }
 
 impl Refusal {
-    /// A call that is never allowed.
+    /// A refusal with the status [`ERROR`].
     pub fn error(sentence: impl Into<Cow<'static, str>>) -> Self {
         Self::Error(sentence.into())
     }
@@ -54,7 +54,7 @@ pub struct Instance {
 }
 
 impl Instance {
-    /// The instance for a folder of resources.
+    /// The instance for a folder of resources; the token must be that of the FMU.
     pub fn new(resources: &Path, token: &str) -> Result<Self, Refusal> {
         let drive =
             Drive::open(resources, token).map_err(|error| Refusal::error(error.to_string()))?;
@@ -141,7 +141,7 @@ impl Instance {
         variable.map_or("", |variable| variable.name.as_str())
     }
 
-    /// The plant and its state, for outputs. In initialization mode the plant is built if necessary.
+    /// The plant and the state, for reading outputs. In initialization mode the plant is built if necessary.
     fn ready(&mut self) -> Result<(&Plant, &LiveState), Refusal> {
         self.require(
             &[Mode::Initialization, Mode::Step, Mode::Terminated],
@@ -247,7 +247,7 @@ impl Instance {
             return Err(Refusal::error(format!("a step has the length {length}")));
         }
         let last_end = self.live.time;
-        // This form of the condition also refuses a NaN.
+        // `same` below is false for a NaN, which is therefore refused.
         let rounding = 4.0 * f64::EPSILON * time.abs();
         let tolerance =
             (SAME_TIME * length.max(time.abs())).min((PART_OF_STEP * length).max(rounding));

@@ -3,9 +3,9 @@
 //!
 //! Residual flexibility treats the omitted modes as massless. An attachment mode is their static shape under the mesh
 //! force, `v₁ = Λ⁻¹ w` in modal coordinates, with `Λ = diag(ω²)` and their participation `w` at the mesh. Higher orders
-//! correct for inertia, `vₖ = Λ⁻¹ vₖ₋₁`. The Ritz modes of the structure in this subspace append to the retained modes.
-//! With p attachment modes the receptance at the mesh keeps 2p terms of its series in frequency,
-//! `Σ w² / ω²ʲ` for j = 1 … 2p, so that its error is of order Ω⁴ᵖ. Residual flexibility keeps one term.
+//! correct for inertia, `vₖ = Λ⁻¹ vₖ₋₁`. The Ritz modes of the structure in the span of all vₖ replace the omitted
+//! modes. With p attachment modes the receptance at the mesh keeps 2p terms of its series in the frequency f of
+//! excitation, `Σ w² / ω²ʲ` for j = 1 … 2p, so that its error is of order f⁴ᵖ. Residual flexibility keeps one term.
 
 use faer::Mat;
 use gearatlas_core::numerics::linalg::symmetric_eigen;
@@ -89,7 +89,7 @@ pub fn with_attachment_modes(
     Ok(reduced)
 }
 
-/// Ritz values, ascending, and orthonormal vectors of `diag(stiffness)` in the span of `Λ⁻¹ w, Λ⁻² w, …`.
+/// Ritz values, ascending, and orthonormal Ritz vectors of `Λ = diag(stiffness)` in the span of `Λ⁻¹ w, Λ⁻² w, …`.
 fn ritz(stiffness: &[f64], w: &[f64], count: usize) -> (Vec<f64>, Vec<Vec<f64>>) {
     let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
     let mut basis: Vec<Vec<f64>> = Vec::new();

@@ -52,7 +52,7 @@ impl Activity {
         self.nodes.iter().map(of).collect()
     }
 
-    /// Work of each node in words, `node 0: 3.9 of 4 workers busy, …`; empty for a single node.
+    /// Work of each node in words, `node 0: 3.9 of 4 workers busy, …`; empty for fewer than two nodes.
     pub fn words(&self, elapsed: f64) -> String {
         if self.nodes.len() < 2 {
             return String::new();

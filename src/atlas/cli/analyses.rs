@@ -4,7 +4,7 @@ use crate::analysis::{GrowthNorm, NvhConfig, Section, SliceOf};
 use crate::manifest::PointSpec;
 use crate::units::plural;
 
-/// All analyses with their settings, separated by commas.
+/// The requested analyses with their main settings, separated by commas; `none` if there are none.
 pub(super) fn analyses(point: &PointSpec) -> String {
     let analyses = &point.analyses;
     let lyapunov = analyses.lyapunov.map(|lyapunov| {

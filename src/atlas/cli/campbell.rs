@@ -17,7 +17,7 @@ use crate::units;
 /// Number of speeds at which modes are computed; between them, frequencies are nearly linear in the speed.
 const SPEEDS: usize = 9;
 
-/// Lowest speed of the diagram, relative to the highest.
+/// Largest ratio of the lowest to the highest speed of the diagram. The diagram always begins below the grid.
 const LOWEST: f64 = 0.05;
 
 /// Highest speed of the diagram if the grid has a single speed, relative to this speed.
@@ -44,7 +44,7 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
         .collect();
     let at_speed = at_speeds(&structure, &first, &speeds, parts.meshes());
     let at_speed = at_speed.map_err(|error| with_causes(&error))?;
-    // A mode keeps its position in ascending frequency at all speeds. Rigid-body motions get no line.
+    // A line joins the modes with the same position in ascending frequency. Rigid-body motions get no line.
     let count = |of: fn(&Frequencies) -> usize| at_speed.iter().map(of).min().unwrap_or(0);
     let lines = |count: usize, of: &dyn Fn(&Frequencies, usize) -> [f64; 2]| -> Vec<ModeLine> {
         let all = (0..count).map(|mode| {
@@ -129,8 +129,8 @@ pub fn of(job: &Job, orders: &[f64], parts: &Prepared) -> Result<Campbell, Strin
     })
 }
 
-/// Names of the meshes whose mesh frequency differs from that of the first mesh, one per frequency, such as
-/// one per planetary set. Each name comes with the number of its mesh cycles per cycle of the first mesh.
+/// One mesh per mesh frequency that differs from that of the first mesh, for example one per planetary set:
+/// `mesh of` with the name of the mesh, and the number of its mesh cycles per cycle of the first mesh.
 fn further_meshes(structure: &ModalStructure) -> Vec<(String, f64)> {
     let mut known = vec![[1, 1]];
     let names = structure.mesh_names().into_iter().skip(1);
@@ -181,7 +181,8 @@ fn shaft_orders(first: &PointSpec, shaft: DriveShaft) -> Vec<f64> {
 /// The job of a manifest, or of the record of a results folder.
 ///
 /// # Errors
-/// The reason, as a sentence that ends with `remedy`; `None` if the errors of the manifest were already shown.
+/// The reason as a sentence, with `remedy` if the record has no valid manifest. `None` if the errors of a
+/// manifest file were already shown.
 pub fn job(source: &Path, remedy: &str) -> Result<Job, Option<String>> {
     if source.is_file() {
         return match manifest::load(source) {

@@ -37,7 +37,7 @@ const MOST_CHARACTERS: usize = 2000;
 /// Largest number of values of an axis in the output for programs.
 const MOST_VALUES: usize = 10_000;
 
-/// Checks a manifest: status 0 if it is valid, 2 if it is not.
+/// Checks a manifest: status 0 if it is valid, 2 if it is not, 1 if threads cannot start.
 pub fn run(args: &CheckArgs) -> Status {
     Ok(match args.manifest.load() {
         Ok(job) => {
@@ -223,7 +223,7 @@ fn coast(job: &Job) -> String {
     format!("{line}; a tooth is on the line of centres at mesh phase {symmetry}")
 }
 
-/// The mesh stiffness in words: `60 segments, 3.333e8 ... 4.444e8 N/m`, or the source of a table.
+/// The mesh stiffness in words: `60 segments, 3.333e8 ... 4.444e8 N/m, mean 4e8`, or the source of a table.
 fn stiffness(job: &Job) -> String {
     let mut levels = (f64::INFINITY, f64::NEG_INFINITY);
     let mut counts = (f64::INFINITY, f64::NEG_INFINITY);
@@ -240,7 +240,7 @@ fn stiffness(job: &Job) -> String {
                 series = true;
                 harmonics.len()
             }
-            // The stiffness law cannot be an axis of a grid, so all points have the same law.
+            // The kind of the law cannot be an axis of a grid: if one variant has a table, all have one.
             StiffnessSpec::Table(table) => return tabled(job, table),
         };
         let (low, high) = range(law.extremes().into_iter().flatten());
@@ -273,7 +273,7 @@ fn tabled(job: &Job, table: &MeshTableSpec) -> String {
     )
 }
 
-/// A property of each variant of the points. A variant is a point without its load and speed.
+/// A property of each resolved variant: everything about a point except its load and speed.
 fn over<'j, T>(job: &'j Job, of: impl Fn(&'j Variant) -> T) -> impl Iterator<Item = T> {
     job.points.variants().iter().map(of)
 }

@@ -14,7 +14,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Smallest time between two `progress` events that follow a finished point.
+/// Smallest time between two `progress` events that follow a finished point, except after the last point.
 const INTERVAL: Duration = Duration::from_secs(1);
 
 /// Writes events.
@@ -92,7 +92,7 @@ impl<'a> Events<'a> {
     }
 }
 
-/// Removes a key from an event if its value is `empty`, that is, without information.
+/// Removes a key from an event if `empty`: its value then has no information.
 fn leave_out(event: &mut Value, key: &str, empty: bool) {
     if let Some(keys) = event.as_object_mut().filter(|_| empty) {
         keys.shift_remove(key);

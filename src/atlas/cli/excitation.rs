@@ -16,9 +16,9 @@ pub struct Cause {
     pub value: Value,
 }
 
-/// Excitations of a point, in the order of the manifest's tables. The list includes an excitation that the
-/// manifest omits on purpose, with a note. Excitations of further contacts are listed only if `structure` is
-/// known.
+/// Excitations of a point, in the order of the manifest's tables. A flank error that the manifest omits with
+/// `excitation.table_harmonics = 0` is listed, with a note. Excitations of further contacts are listed only if
+/// `structure` is known.
 pub fn causes(
     point: &PointSpec,
     mesh: &GearMesh,

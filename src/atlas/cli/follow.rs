@@ -40,7 +40,8 @@ pub struct FollowArgs {
     pub json: bool,
 }
 
-/// Follows orbits: status 0 if done, 2 for bad input, 130 if interrupted.
+/// Follows orbits: status 0 if done, 1 if threads cannot start or files cannot be written, 2 for bad input, 130 if
+/// interrupted.
 pub fn run(args: &FollowArgs) -> Status {
     let job = args.manifest.read_job()?;
     let process = Process::prepare(NOTHING_WRITTEN)?;

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 /// The mesh of a grid's first point.
 pub struct GearMesh {
-    /// The mesh computed from the drawing, under the mean load. An error is a sentence with the reason.
+    /// The mesh under the load of the point; `None` if it is not computed from the drawing. An error is a sentence.
     pub loaded: Option<Result<LoadedMesh, String>>,
     /// Smallest, mean and largest stiffness \[N/m\], if known.
     stiffness: Option<[f64; 3]>,
@@ -147,7 +147,8 @@ impl GearMesh {
     }
 }
 
-/// Whether drag and the paths of the torque decide on the mean force of a mesh that is computed from the drawing.
+/// Whether a mesh is computed from the drawing and its mean force needs the structure, because it depends on
+/// drag and on the paths of the torque.
 fn has_drawn_mesh(point: &PointSpec) -> bool {
     let first = matches!(point.mesh.stiffness, StiffnessSpec::Table(_));
     match &point.model.source {

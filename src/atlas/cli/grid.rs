@@ -116,8 +116,8 @@ pub fn samples(job: &Job) -> Option<String> {
     ))
 }
 
-/// `normal (mean 80, standard deviation 10, truncated at 60 and 100)`: the distribution of a sampled axis,
-/// with values in `unit`, but without its name. `None` if the axis is not a distribution.
+/// `normal (mean 80, standard deviation 10, truncated at 60 and 100)`: the distribution of a sampled axis. The
+/// text has the values in `unit`, without the unit itself. `None` if the axis is not a distribution.
 pub fn distribution(job: &Job, axis: usize, unit: &Unit) -> Option<String> {
     let drawn = job.samples.as_ref()?.axes.iter();
     let (_, distribution) = drawn
@@ -162,7 +162,7 @@ pub fn samples_json(job: &Job) -> Value {
     })))
 }
 
-/// How the grid is refined; null if it is not. `points` is then an upper limit.
+/// How the grid is refined; null if it is not. For a refined grid, `points` of `atlas check` is an upper limit.
 pub fn refine_json(job: &Job) -> Value {
     json!(job.refine.as_ref().map(|refine| json!({
         "coarse": refine.nested.coarse,

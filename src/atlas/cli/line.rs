@@ -43,7 +43,7 @@ pub fn width() -> usize {
 }
 
 /// A bar that is filled to `share` (0 to 1), then as many of the parts as fit into `width` columns, separated
-/// by commas. The bar takes the remaining columns; it is omitted if fewer than eight remain.
+/// by commas. The bar takes the remaining columns, at most thirty; it is omitted if fewer than eight remain.
 pub fn fitted(share: f64, parts: &[Part], width: usize) -> String {
     // The last column stays empty, because some terminals begin a new line after a character there.
     let room = width.saturating_sub(1);

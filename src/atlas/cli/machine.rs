@@ -1,4 +1,4 @@
-//! `atlas machine`: measures the performance of this machine for computations; `compare` and `show` use such results.
+//! `atlas machine`: measures the performance of this machine for computations. `compare` and `show` read its results.
 
 use super::process::{NOTHING_WRITTEN, Process, begin_writing};
 use super::size::size;
@@ -91,7 +91,8 @@ pub fn default_folder() -> PathBuf {
     PathBuf::from("results").join(format!("machine-{}", characterize::host()))
 }
 
-/// Measures, compares or shows: status 0, 1 if a file cannot be written, 2 for bad input, 130 after Ctrl-C.
+/// Measures, compares or shows: status 0, 1 if a measurement fails or a file cannot be written, 2 for bad input, 130
+/// after Ctrl-C.
 pub fn run(args: &MachineArgs) -> Status {
     match &args.command {
         None => measure(&args.measure),
@@ -118,7 +119,7 @@ fn measure(args: &MeasureArgs) -> Status {
         return Err(fail(1, &process.warnings.join("; ")));
     };
     let folder = args.out.clone().unwrap_or_else(default_folder);
-    // Report this before the measurement, which takes minutes.
+    // If the folder cannot be created, report this before the measurement, which takes minutes.
     if let Err(error) = fs::create_dir_all(&folder) {
         let shown = folder.display();
         return Err(fail(

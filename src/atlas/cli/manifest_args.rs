@@ -74,7 +74,7 @@ pub fn report(errors: &ManifestErrors) {
     print_line(&format!("{text}{}\n", errors.summary()));
 }
 
-/// Shows the warnings of a manifest in the same way.
+/// Shows the warnings of a manifest on standard error, in colour on a terminal.
 pub fn warn(warnings: &Warnings) {
     if warnings.is_empty() {
         return;

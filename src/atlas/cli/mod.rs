@@ -224,7 +224,7 @@ fn start_threads(count: Option<usize>) -> Result<(), ExitCode> {
     })
 }
 
-/// As [`start_threads`], if points of a job have mesh tables, whose computation uses these threads.
+/// Calls [`start_threads`] if points of a job have mesh tables, because their computation uses these threads.
 fn start_threads_for_tables(job: &Job) -> Result<(), ExitCode> {
     let tabled = |variant: &Variant| {
         let further = match &variant.model.source {
@@ -275,7 +275,7 @@ fn either<D: Serialize>(
     if json { pretty(&document()) } else { text() }
 }
 
-/// As [`either`], but an empty text instead of the text if `quiet`.
+/// As [`either`], but if `quiet`, an empty string replaces the text (not the JSON document).
 fn reply<D: Serialize>(
     json: bool,
     quiet: bool,
@@ -294,7 +294,7 @@ fn pretty(document: &impl Serialize) -> String {
     serde_json::to_string_pretty(document).unwrap_or_default() + "\n"
 }
 
-/// Refuses to replace an existing file unless `overwrite`. The message gives `remedy` as the other way out.
+/// Refuses to replace an existing file unless `overwrite`. The message proposes `remedy` or --overwrite.
 fn refuse_existing(path: &Path, overwrite: bool, remedy: &str) -> Result<(), ExitCode> {
     if overwrite || path.symlink_metadata().is_err() {
         return Ok(());

@@ -49,7 +49,7 @@ pub struct PlanArgs {
     pub json: bool,
 }
 
-/// Forecasts a run: status 0, or 2 for bad input.
+/// Forecasts a run: status 0, 1 if the sample points cannot be computed, 2 for bad input, 130 if interrupted.
 pub fn run(args: &PlanArgs) -> Status {
     let job = args.manifest.read_job()?;
     let refused = args.shard.and_then(|_| grid::refuses(&job, "--shard"));

@@ -285,7 +285,8 @@ pub fn run(args: &PlotArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// The `point_id` from `--point`: the number itself, or that of the point with the given values.
+/// The `point_id` from `--point`: the number itself, or that of the point with the given values. The error is a
+/// message, or `None` if it was already shown.
 fn point_id(source: &Path, text: &str) -> Result<u64, Option<String>> {
     match text.trim().parse() {
         Ok(id) => Ok(id),
@@ -358,7 +359,7 @@ fn list(args: &PlotArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// Writes every picture in every format; returns the files.
+/// Writes every picture in the formats of `format`; returns the files.
 pub(super) fn write(
     pictures: &[Picture],
     folder: &Path,

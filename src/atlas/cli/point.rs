@@ -2,8 +2,8 @@
 //!
 //! Load or torque and speed may have any value. Every other axis is part of the resolved model, so that only values of
 //! the grid are possible. An axis with a single value may be omitted. An axis that is tied to named axes may also be
-//! omitted, if these values occur at only one point of the grid. If the state is carried along an axis, `direction=up`
-//! or `down` selects the sweep to the point.
+//! omitted, if the named values determine its value. If the state is carried along an axis, `direction=up` or `down`
+//! selects the sweep to the point.
 
 use super::{BAD_INPUT, fail};
 use crate::manifest::{Axis, AxisKey, Direction, GridDimension, Job, PointSpec};
@@ -36,9 +36,9 @@ pub struct ChosenPoint {
     pub spec: PointSpec,
     /// Name of every axis and its value, SI.
     pub values: Vec<(String, f64)>,
-    /// The requested sweep; `None` for a start from `run.initial`.
+    /// The sweep that leads to the point; `None` for a start from `run.initial`.
     pub direction: Option<Direction>,
-    /// The named axes with their values as typed, such as `load-0.05`, for file names.
+    /// For file names: the named axes with their values as typed and the direction, `load-0.05-up`, or the `point_id`.
     pub label: String,
 }
 
@@ -93,9 +93,9 @@ pub enum PointError {
     NotOnGrid {
         /// The axis.
         name: String,
-        /// Its value, SI.
+        /// Its value, with the unit of the manifest.
         value: String,
-        /// The grid's values.
+        /// The values of the grid, in the same unit.
         values: String,
     },
     /// A direction that the manifest does not sweep.

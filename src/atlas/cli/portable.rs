@@ -1,4 +1,4 @@
-//! Jobs with only those instructions that every processor has (`run.instructions = "portable"`).
+//! Jobs with only those instructions that every x86-64 processor has (`run.instructions = "portable"`).
 //!
 //! The program can restrict its loops at any time. The mathematical functions of the system (sin, exp, ...) choose an
 //! implementation when a process starts; only the environment can restrict this choice.
@@ -9,7 +9,8 @@ use crate::numerics::instructions::keep_portable;
 /// Restricts the process to portable instructions if the job demands it.
 ///
 /// # Errors
-/// The process was started without the environment variable for the system's library. The text is the command to type.
+/// The process was started without the environment variable for the system's library. The text has the command to
+/// type.
 pub fn restrict(job: &Job) -> Result<(), String> {
     if !job.portable() {
         return Ok(());

@@ -142,7 +142,7 @@ impl Process {
     }
 }
 
-/// Lets Ctrl-C and SIGTERM cancel the sweep; a second signal ends the process at once.
+/// Lets Ctrl-C and SIGTERM cancel the work; a second signal ends the process at once.
 fn watch_signals(interrupt: &Arc<AtomicBool>) -> io::Result<()> {
     for signal in [SIGINT, SIGTERM] {
         let status = i32::from(INTERRUPTED);

@@ -1,5 +1,5 @@
-//! Common parts of `atlas trace` and `atlas runup`: the folder of a recording, and the message at its end. A
-//! recording is never written into a folder that already has one of the same kind.
+//! Common parts of `atlas trace` and `atlas runup`: the folder of a recording, and the message at its end. Only
+//! with `--overwrite` does a recording replace one of the same kind.
 
 use super::{FAILED_POINTS, answer, fail};
 use crate::manifest::Job;

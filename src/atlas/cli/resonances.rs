@@ -3,7 +3,7 @@
 use crate::report::{Campbell, Contacts, NEAR_GRID, Resonance, Unit};
 use crate::units::short;
 
-/// Largest number of resonances listed per order.
+/// Largest number of resonances listed per order and state of the contacts.
 const MOST_LISTED: usize = 6;
 
 /// A speed as text, in the unit of `value`; only small values have decimals.

@@ -85,7 +85,7 @@ fn retry(
             }
         }
     };
-    // An earlier retry that was killed during its last steps left this warning in the record.
+    // If an earlier retry was killed during its last steps, the record still has this warning.
     record.warnings.retain(|warning| warning != RETRY_WARNING);
     latest(&mut record.tables);
     recount(&mut record, folder, args)?;

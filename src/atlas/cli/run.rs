@@ -15,8 +15,8 @@ use crate::sweep::{
 use crate::units::plural;
 use std::path::Path;
 
-/// Runs a job: status 0 if done, 2 for bad input, 3 if points failed, 4 if another process computes the same, 130 if
-/// interrupted.
+/// Runs a job: status 0 if done, 1 if threads cannot start or files cannot be written, 2 for bad input, 3 if points
+/// failed, 4 if another process computes the same, 130 if interrupted.
 pub fn run(args: &RunArgs) -> Status {
     let job = args.manifest.read_job()?;
     let options = [

@@ -45,7 +45,8 @@ pub struct SensitivityArgs {
     pub json: bool,
 }
 
-/// Prints the sensitivities of a point: status 0 if done, 2 for bad input, 130 if interrupted.
+/// Prints the sensitivities of a point: status 0 if done, 1 if threads cannot start, 2 for bad input, 130 if
+/// interrupted.
 pub fn run(args: &SensitivityArgs) -> Status {
     let job = args.manifest.read_job()?;
     let point = point::read_point(&job, &args.point.text)?.spec;

@@ -19,8 +19,7 @@ const HARMONICS: u32 = 3;
 /// Largest number of rows in the table of modes.
 const MOST_ROWS: usize = 100;
 
-/// Largest number of degrees of freedom for which modes are computed: this takes a second or two. The default
-/// drive has 192.
+/// Largest number of degrees of freedom for which modes are computed; such a computation takes a second or two.
 const MOST_FREEDOMS: usize = 1500;
 
 /// Largest rate of growth that counts as round-off, as a part of the largest frequency.
@@ -175,7 +174,7 @@ impl Structure {
                 };
             }
         }
-        // A rigid mode has no frequency.
+        // The largest frequency is the scale of round-off, because a rigid mode has the frequency 0.
         let frequencies = self.frequencies.open.iter().map(|mode| mode.frequency);
         let largest = frequencies.fold(0.0, f64::max);
         let note = match open.ratio() {

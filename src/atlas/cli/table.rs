@@ -110,7 +110,7 @@ pub fn run(args: &TableArgs) -> Status {
     Ok(answer(&text, ExitCode::SUCCESS))
 }
 
-/// A pair of gears, the flattening law of its flanks and the law of its face.
+/// A pair of gears, the contact law of its flanks (`mesh.contact`) and the law of its face (`mesh.face`).
 #[derive(Debug, PartialEq)]
 struct Drawing {
     gears: GearPair,

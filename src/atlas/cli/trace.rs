@@ -55,8 +55,8 @@ pub struct TraceArgs {
     pub json: bool,
 }
 
-/// Traces one operating point: status 0 if done, 2 for bad input, 3 if the trajectory could not be integrated to the
-/// end, 130 if interrupted.
+/// Traces one operating point: status 0 if done, 1 if threads cannot start or files cannot be written, 2 for bad input,
+/// 3 if the trajectory could not be integrated to the end, 130 if interrupted.
 pub fn run(args: &TraceArgs) -> Status {
     let job = args.manifest.read_job()?;
     let point = point::read_point(&job, &args.point.text)?;

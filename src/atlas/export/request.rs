@@ -133,8 +133,8 @@ struct File<'t> {
     lists: bool,
 }
 
-/// The files to be written: one per table, and a second one for its lists if these are long. A table that has
-/// nothing else gets only the second one.
+/// The files to be written: one per table. With [`Lists::Long`], the lists of a table get a separate file. A table
+/// that has only lists then gets only this file.
 fn files<'t>(tables: &'t [Surveyed], request: &ExportRequest, out: &Path) -> Vec<File<'t>> {
     let extension = request.format.extension();
     let mut files = Vec::new();

@@ -144,10 +144,10 @@ impl Surveyed {
     }
 }
 
-/// A column of a table without lists.
+/// A column of the table after lists are widened or left out.
 #[derive(Debug)]
 pub(super) struct FlatColumn {
-    /// Index of its column in the table, from 0.
+    /// Index in [`Surveyed::columns`] of the column with its values.
     pub column: usize,
     /// Index of the element of its lists, from 0.
     pub place: usize,

@@ -114,9 +114,9 @@ pub fn read_attractors(folder: &Path) -> Result<Vec<Attractor>, StoreError> {
     Ok((0..table.rows()).map(attractor).collect())
 }
 
-/// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. Points
-/// with equal values on the axes `fixed_axes` (indices) form a line. Branches are numbered from 0, line by
-/// line, and on a line in ascending order of the axis. `attractors` and `points` are in `point_id` order.
+/// The branch of every attractor, in the order of `attractors`, along the axis with index `along`. Points with one
+/// sweep direction and equal values on the axes `fixed_axes` (indices) form a line. Branches are numbered from 0, line
+/// by line, and on a line in ascending order of the axis. `attractors` and `points` are in `point_id` order.
 pub fn branches(
     attractors: &[Attractor],
     points: &[PointSummary],
@@ -164,7 +164,7 @@ pub fn branches(
     branch
 }
 
-/// For each attractor of `new`, the index in `old` of the attractor that it continues.
+/// For each attractor of `new`, the index in `old` of the attractor that it continues; `None` if it begins a branch.
 fn matches(old: &[Attractor], new: &[Attractor]) -> Vec<Option<usize>> {
     let nearest = |from: &Attractor, to: &[Attractor]| -> Option<usize> {
         let distances = to.iter().map(|other| distance(from, other)).enumerate();

@@ -22,9 +22,9 @@ pub struct Coexistence {
 pub struct Ending {
     /// Number of the attractor; `None` for probes that settled on none.
     pub attractor: Option<u64>,
-    /// Status of the probes.
+    /// Status of the first probe with this ending.
     pub status: String,
-    /// Kind of motion.
+    /// Kind of motion of this probe.
     pub class: Option<String>,
     /// Period of the motion, if it has one.
     pub period: Option<u64>,

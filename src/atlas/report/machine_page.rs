@@ -8,7 +8,7 @@ use crate::store::{Characteristics, Measurement, MountainKey, SolverKey};
 use std::fmt::Write;
 use words::{caches, memory_words, processor, rate_text, seconds, system, time_text};
 
-/// Number of modes for which solver scaling is shown, if it was measured.
+/// Number of modes for which solver scaling is shown; if it was not measured, the nearest number that was.
 const SHOWN_MODES: u64 = 40;
 
 /// The page as text.
@@ -55,8 +55,9 @@ fn head(page: &mut String, machine: &Characteristics) {
 
 /// Names of the levels of memory, each with a size of a buffer that fits well into the level \[bytes\]. For
 /// the first cache this is half its size. For a later cache it is the geometric mean of its size and the size
-/// of the cache before it, because a large shared cache may be only partly available. The last level is
-/// `memory`, with the largest measured buffer, if this is larger than all caches.
+/// of the cache before it, because a large shared cache may be only partly available. Caches without a measured
+/// buffer of this size are omitted. The last level is `memory`, with the largest measured buffer, if this exceeds
+/// the last cache by 20 %.
 pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
     let Some(largest) = machine.mountain.iter().map(|row| row.key.size).max() else {
         return Vec::new();
@@ -79,7 +80,8 @@ pub(super) fn levels(machine: &Characteristics) -> Vec<(String, u64)> {
     places
 }
 
-/// Appends the bandwidth of reads and the latency of loads at every level of memory.
+/// Appends bandwidth of reads and latency of loads: at every level of memory, between nodes, and as the firmware
+/// reports them.
 fn memory(page: &mut String, machine: &Characteristics) {
     let places = levels(machine);
     if places.is_empty() {
@@ -144,7 +146,7 @@ fn memory(page: &mut String, machine: &Characteristics) {
     }
 }
 
-/// Appends the bandwidth between nodes. Rows are the nodes of the threads, columns are the nodes of the memory.
+/// Appends one line per pair of nodes, `threads → memory`: bandwidth of reads, and latency of loads.
 fn nodes(page: &mut String, machine: &Characteristics) {
     let between = (machine.bandwidth.iter()).filter(|row| row.key.placement == "nodes");
     let rows: Vec<_> = between.collect();

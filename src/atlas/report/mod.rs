@@ -1,4 +1,4 @@
-//! Summaries and figures from result files and tables. This module does not depend on the computations.
+//! Summaries and pictures from result files and tables. This module computes no motion.
 
 mod branches;
 mod coexistence;

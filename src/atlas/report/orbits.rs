@@ -49,8 +49,8 @@ pub struct Orbit {
     pub point_id: u64,
     /// Period of the orbit \[mesh cycles\].
     pub period: u64,
-    /// Number of the given state from which the search found it, from 1; `None` if the search began at a near
-    /// return.
+    /// Number of the given state from which the search found it, from 1; `None` if the search began where a trajectory
+    /// nearly repeated.
     pub state: Option<u64>,
     /// Whether all multipliers lie inside the unit circle.
     pub stable: bool,

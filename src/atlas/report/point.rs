@@ -45,7 +45,7 @@ pub struct ClassCount {
 /// The data of a point in a summary.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct PointSummary {
-    /// Number of the point: its row-major index in the grid.
+    /// Number of the point, as in all tables.
     pub point_id: u64,
     /// Value of each axis.
     pub axis_values: Vec<f64>,

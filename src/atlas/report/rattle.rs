@@ -23,8 +23,8 @@ pub struct Rattle {
     pub point_id: u64,
 }
 
-/// The rattle of all meshes, the largest mean first; empty if contacts have no names, or if there is only one
-/// mesh.
+/// The rattle of all meshes, stages and stops, the largest mean first; empty if contacts have no names, or if there
+/// is only one entry.
 ///
 /// # Errors
 /// A table cannot be read.

@@ -92,7 +92,7 @@ pub struct Summary {
     pub chaotic: Vec<PointSummary>,
     /// Lifetimes of chaos.
     pub lifetimes: Lifetimes,
-    /// Meshes of a train, the one that rattles most first; empty if there is only one.
+    /// Meshes, stages and stops of a train, the one that rattles most first; empty if there is only one.
     pub rattle: Vec<Rattle>,
     /// Number of points whose motion does not settle, so that their averages have standard errors.
     pub with_evidence: usize,
@@ -125,7 +125,7 @@ pub struct Summary {
     pub open_balances: usize,
     /// Warnings of the runs.
     pub warnings: Vec<String>,
-    /// The map of the largest exponent.
+    /// The map of kinds of motion and exponents; absent without points or varying axes, or if axes are distributions.
     #[serde(skip)]
     pub map: Option<Map>,
     /// Every point, in `point_id` order, if requested, if there are attractors or orbits, or if the grid is refined.

@@ -11,7 +11,7 @@ const FILLED: usize = 2;
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Group {
     axes: Vec<usize>,
-    /// Two of the axes that span a plane, if there are such. They then count as untied.
+    /// Two axes of the group that span a plane, if any; these two count as untied.
     plane: Option<[usize; 2]>,
 }
 
@@ -59,9 +59,9 @@ impl Tied {
         Self(groups.iter().cloned().map(group).collect())
     }
 
-    /// Indices of the fixed axes if the axes `free` vary; `axes` is the number of all axes. These are all
-    /// others, except axes tied to a free one, and except axes of a group with a plane that lie outside this
-    /// plane.
+    /// Indices of the fixed axes if the axes `free` vary; `axes` is the number of all axes. The fixed axes are all
+    /// other axes with two exceptions. In a group without a plane, axes tied to a free one are not fixed. In a group
+    /// with a plane, axes outside the plane are not fixed.
     pub(super) fn fixed_axes(&self, axes: usize, free: &[usize]) -> Vec<usize> {
         let with = |axis: usize, group: &Group| {
             group.axes.contains(&axis)
@@ -75,8 +75,8 @@ impl Tied {
         (0..axes).filter(|axis| !goes(axis)).collect()
     }
 
-    /// The axes for maps, slowest first. A group of tied axes contributes two axes of whose combinations at least half
-    /// have points, or else the axis with most values.
+    /// The axes for maps, slowest first. A group of tied axes contributes the two axes of its plane or, if it has no
+    /// plane, the axis with most values.
     pub(super) fn free(&self, axes: usize) -> Vec<usize> {
         let chosen = |axis: &usize| {
             let containing = self.0.iter().find(|group| group.axes.contains(axis));

@@ -18,7 +18,7 @@ pub struct Evidence<'a> {
     pub stretch: u32,
     /// Mesh cycles in which the tangents aligned before the first average.
     pub aligned: u64,
-    /// Smallest distance of the last strobe state from an earlier one, in units of the half gap.
+    /// Smallest distance of the last strobe state from one within `longest_period` before it, in half gaps.
     pub closest_return: Option<f64>,
     /// Longest period tried in the search for a repetition, in mesh cycles.
     pub longest_period: usize,
@@ -52,11 +52,11 @@ pub struct Verdict {
 }
 
 /// Number of standard errors by which a positive exponent must exceed zero. The halves of a record may differ
-/// by one more.
+/// by one standard error more.
 const SIGMAS: f64 = 3.0;
 
-/// |λ| per cycle below which a motion that does not repeat is quasi-periodic. A torus has exponent 0, and a
-/// decay this slow does not settle in any budget.
+/// Largest |λ| per cycle that counts as zero, as on a torus. The bound is three standard errors, but at least a
+/// tenth of this value and at most this value. A decay this slow does not settle in any budget.
 const NEUTRAL: f64 = 1e-3;
 
 /// Smallest steady growth, in nats over the whole record, of neighbours that separate exponentially. In 1500
@@ -398,7 +398,7 @@ mod tests {
         assert_eq!((v.status, v.class), (Status::Ok, Some(Class::Chaotic)));
     }
 
-    /// A tangent that grows in proportion to time has an "exponent" of 0.007 at 320 cycles and 0.001 at 4000,
+    /// A tangent that grows in proportion to time has an "exponent" of 0.004 at 320 cycles and 0.001 at 4000,
     /// with a far smaller error bar.
     #[test]
     fn growth_in_proportion_to_time_is_a_torus_however_short_the_record() {

@@ -132,8 +132,8 @@ pub struct NvhConfig {
     pub spectrum: Option<SpectrumConfig>,
     /// Amplitude and phase at orders, if requested.
     pub orders: Option<OrderConfig>,
-    /// Largest standard error of every time average and line at which the measurement ends, if any. It is
-    /// relative to the scale in `analysis::precision`. The hash of a manifest contains this field only if it
+    /// Largest standard error of every time average, spectral line and order at which the measurement ends, if
+    /// any. It is relative to the scale in `analysis::precision`. The hash of a manifest contains this field only if it
     /// is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop_at_stderr: Option<f64>,

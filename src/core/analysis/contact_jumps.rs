@@ -1,8 +1,8 @@
 //! Advances a trajectory over many mesh cycles at once while no contact opens or closes.
 //!
-//! While no contact opens or closes, a period of the excitation is an affine map of the state,
-//! `x ↦ x₁ + A (x − x₀)`. Repeated squaring gives the map of n periods. A jump is taken only if contact is
-//! certain to last throughout (`lasting_contact`). Otherwise the cycles are integrated.
+//! While no contact opens or closes, a period of the excitation is an affine map of the state, `x ↦ x₁ + A (x − x₀)`,
+//! where a period leads from x₀ to x₁. Repeated squaring gives the map of n periods. A jump is taken only if contact
+//! is certain to last throughout (`lasting_contact`). Otherwise the cycles are integrated.
 
 use super::lasting_contact::LastingContact;
 use super::norm::EnergyNorm;
@@ -64,8 +64,8 @@ impl<'m> ContactJumps<'m> {
     }
 
     /// Advances a trajectory by whole periods of the excitation, up to `cycles` mesh cycles, if contact is
-    /// certain to last. Returns the number of cycles: 0 if no attempt is due, if too few cycles remain, or
-    /// if contact is not certain to last.
+    /// certain to last. Returns the number of cycles: 0 if no attempt is due, if the excitation has no short
+    /// period, if too few cycles remain, or if contact is not certain to last.
     pub fn jump<K: Kernel>(
         &mut self,
         kernel: &K,
@@ -95,7 +95,7 @@ impl<'m> ContactJumps<'m> {
         jumped.unwrap_or(0)
     }
 
-    /// The map of the next period; `None` if contact changes within it.
+    /// The map of the next period; `None` if no contact is closed, if one changes, or if the kernel stops.
     fn map<K: Kernel>(
         &self,
         kernel: &K,
@@ -182,7 +182,7 @@ impl<'m> ContactJumps<'m> {
     }
 }
 
-/// Displacement of a state over a number of periods; `None` if it is not finite.
+/// Displacement of x₀ over a number of periods; `None` if it is not finite.
 fn displacement_over(map: Period, periods: u64) -> Option<Vec<f64>> {
     let size = map.drift.len();
     let (mut increment, mut drift) = (map.increment, map.drift);

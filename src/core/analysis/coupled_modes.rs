@@ -2,7 +2,8 @@
 //!
 //! If modes are coupled, the blocks of the model are not modes. The model's basis maps the blocks to the
 //! modes' displacements q and velocities v. D is the whole damping matrix, including gyroscopic terms. K and
-//! K_a are the symmetric and the skew part of the whole stiffness matrix.
+//! K_a are the symmetric and the skew part of the whole stiffness matrix. f is the load on the modes, and F the force
+//! of a contact with the input g and the participation w.
 //!
 //! ```text
 //! stored: ½ (v·v + q·K q)      works: ∫ f·v dt,  −∫ v·D v dt,  −∫ v·K_a q dt,  −∫ F (g − w)·v dt

@@ -19,7 +19,7 @@ struct Formula {
     slopes: Vec<f64>,
 }
 
-/// The formula for exponents in falling order, in a space of `dimension` dimensions. `None` if fewer
+/// The formula for exponents in falling order, in a space of `dimension` dimensions. `None` if only some
 /// exponents are given and their sum is not negative, because k is then unknown.
 fn formula(exponents: &[f64], dimension: usize) -> Option<Formula> {
     let mut sum = 0.0;
@@ -37,9 +37,10 @@ fn formula(exponents: &[f64], dimension: usize) -> Option<Formula> {
     (exponents.len() == dimension).then_some(Formula { value, slopes })
 }
 
-/// The dimension and its standard error. `series` contains the averages of each exponent over the same
-/// stretches. `exponents` contains the exponents in the same, falling order. The standard error comes from
-/// the blocks of `Σ ∂D/∂λᵢ λᵢ`, so that the common changes of several exponents count once.
+/// The dimension and its standard error. `series` contains the averages of each exponent over the same stretches.
+/// `exponents` contains the exponents in the same, falling order. The standard error comes from the blocks of
+/// `Σ ∂D/∂λᵢ λᵢ`, so that the common changes of several exponents count once. `None` if the exponents do not determine
+/// the dimension.
 ///
 /// * `zero`: exponents of at most this size count as 0, as they do on a torus \[1/cycle\].
 /// * `dimension`: number of all exponents.

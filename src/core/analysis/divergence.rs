@@ -6,7 +6,7 @@
 
 use crate::model::{InitialState, Model, Segment};
 
-/// Largest deflection of a bounded motion, as a multiple of the gap or of the static deflection.
+/// Largest deflection of a bounded motion, as a multiple of the larger of gap and static deflection.
 const UNBOUNDED: f64 = 1e3;
 
 /// Ratio of the largest deflections in the last and in the first quarter of the cycles above which a motion
@@ -23,7 +23,7 @@ const FEWEST_CYCLES: usize = 40;
 /// Detects motions that grow without bound.
 #[derive(Debug, Clone)]
 pub struct Bounds {
-    /// One entry per line of action.
+    /// One entry per line that measures a deflection.
     lines: Vec<Line>,
 }
 
@@ -32,7 +32,7 @@ pub struct Bounds {
 struct Line {
     /// A segment on this line.
     segment: Segment,
-    /// Largest half gap of its contacts within reach, at least the half gap of the mesh \[m\].
+    /// Largest half gap of its contacts that a motion can reach, at least the half gap of the mesh \[m\].
     gap: f64,
     /// Unit of deflections: the larger of `gap` and the static deflection \[m\].
     unit: f64,
@@ -74,7 +74,7 @@ impl Bounds {
         }
     }
 
-    /// The largest deflection of a state, in the unit of its line, and that line.
+    /// The largest deflection of a state, in the unit of its line, and the index of that line.
     fn largest_deflection(&self, model: &Model, state: &[f64]) -> (f64, usize) {
         let lines = self.lines.iter().enumerate().map(|(number, line)| {
             let deflection = model.deflection_on(&line.segment, 0, state, 0.0).0;

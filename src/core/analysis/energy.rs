@@ -1,6 +1,6 @@
 //! Does the energy balance close?
 //!
-//! Over any stretch, with u the modal velocities,
+//! Over any time, with u the modal velocities and T the modal loads,
 //!
 //! ```text
 //! Δ(½Σ(v² + ω²q²) + Σ ½k(δ − s b)²) = ∫ T·u dt                 torques
@@ -13,12 +13,12 @@
 //!     + Σ Δ(½Σ v²)                                            impacts on rigid stops
 //! ```
 //!
-//! each summed over the closed contacts.
+//! Terms with a force or a spring of a contact are summed over the closed contacts.
 //! Every integrand is a product of Legendre series. The modal velocities are rebuilt
 //! ([`super::modal_series`]) from the state at each window's start and the force series,
 //! independently of the kernel's propagation. The residual is relative to the sum of all absolute
-//! works and the largest energy stored. A drive at rest under its load does no work. Its imbalance
-//! is the round-off of the stored energy.
+//! works and the largest energy stored, because a drive at rest under its load does no work, and its
+//! imbalance is the round-off of the stored energy.
 
 mod balance;
 mod cause;

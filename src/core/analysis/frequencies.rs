@@ -54,7 +54,7 @@ pub struct Frequencies {
     pub open: Vec<NaturalMode>,
     /// Modes with [`Self::contacts`] closed at their mean stiffness; empty if the eigenvalues are not found.
     pub closed: Vec<ClosedMode>,
-    /// The closed contacts: those that carry the static load, if any.
+    /// The closed contacts: those with a stiffness that carry the static load, if any, without dry sliders.
     pub contacts: ActiveSet,
     /// Whether the closed contacts carry the static load.
     pub loaded: bool,

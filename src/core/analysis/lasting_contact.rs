@@ -4,13 +4,12 @@
 //! multipliers μ of its matrix,
 //!
 //! ```text
-//! x₀ − x* = Σ c v,   margin(t) ≥ least of x* − Σ |c| |μ|ⁿ max |dmargin/dx · v| > 0
+//! x₀ − x* = Σ c v,   margin(t) ≥ min margin(x*) − Σ |c| |μ|ⁿ max |dmargin/dx · v| > 0
 //! ```
 //!
-//! in every later period n, since no |μ| exceeds 1. The margin of a contact is `±(s δ − b)`, or its
-//! force if it releases by force. The margin and its derivatives come from the kernel's windows for x*
-//! and for neighbouring states. They are bounded by their Legendre series, not sampled, and hold for
-//! all motions that converge to x*.
+//! in every later period n if this holds for n = 0, since every |μ| is below 1. The margin of a contact is
+//! `±(s δ − b)`, or its force if it releases by force. The margin and its derivatives come from the kernel's windows
+//! for x* and for neighbouring states. They are bounded by their Legendre series, not sampled.
 
 use super::modal_series::{ModalMotion, Series, TERMS, padded};
 use super::norm::EnergyNorm;
@@ -140,7 +139,7 @@ impl<'a> LastingContact<'a> {
     }
 
     /// The margins over a period of the orbit, or of a motion displaced along a direction; `None` if an event
-    /// occurs.
+    /// occurs, if the kernel stops, or if a margin is unknown.
     fn observe_period<K: Kernel>(
         &mut self,
         kernel: &K,

@@ -1,5 +1,5 @@
 //! Analyses of a trajectory, one file per question. An analysis neither reads nor writes files. It starts no
-//! threads; only probes are integrated in parallel, by the threads of a pool.
+//! threads; only probes and cells of slices are integrated in parallel, by the threads of a pool.
 
 mod analyses;
 mod averages;

@@ -7,7 +7,8 @@
 //! x(t) = e^{At} x₀ + ∫₀ᵗ e^{A(t−τ)} (s + Σ r cos(ωτ + φ) − g F(τ)) dτ
 //! ```
 //!
-//! from the universal convolution table. This code shares nothing with the kernels' propagation, so that the
+//! with the generator A, the static input s, the inputs r of the ripples and the mesh input g, from the universal
+//! convolution table. This code shares nothing with the kernels' propagation, so that the
 //! two check each other.
 
 use super::window_cache::WindowCache;
@@ -30,7 +31,7 @@ pub type Series = [f64; TERMS];
 /// Response to one input: a series for each term of the exponential.
 type Responses = Vec<Series>;
 
-/// Series of the exponential's C and S.
+/// Series of the exponential's C (real part) and S (imaginary part).
 type Exponential = [Complex64; IMPULSE_RESPONSE_TERMS];
 
 /// The exponentials of all blocks for one window length.

@@ -15,8 +15,8 @@ use std::cmp::Ordering;
 /// Energy-scaled norm without the neutral pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EnergyNorm {
-    /// Weight of each component of a state, length 2N. It is 0 for the neutral pair and for the second
-    /// component of a slider.
+    /// Weight of each component of a state, length 2N. It is 0 for the second component of a slider. In the
+    /// energy norm it is also 0 for the neutral pair and for the indices in `unrestrained`.
     weights: Vec<f64>,
     /// Indices of the components with a weight.
     weighted: Vec<usize>,
@@ -87,22 +87,23 @@ impl EnergyNorm {
         }
     }
 
-    /// Weights of the components, length 2N; 0 for the neutral pair.
+    /// Weights of the components, length 2N; 0 for components that do not count.
     pub fn weights(&self) -> &[f64] {
         &self.weights
     }
 
-    /// Dimension of the space without the neutral pair: the number of exponents.
+    /// Number of components that count, which is the number of exponents.
     pub fn dimension(&self) -> usize {
         self.weighted.len()
     }
 
-    /// Number of independent tangents if every dry slider slips and every rigid stop holds the structure.
+    /// Number of independent tangents after every dry slider has slipped, and every dry friction and every rigid
+    /// stop has held the structure.
     pub fn dimension_when_stuck(&self) -> usize {
         self.dimension().saturating_sub(self.taken)
     }
 
-    /// Indices of the components that count: all but the neutral pair.
+    /// Indices of the components that count, those with a weight.
     pub fn weighted_components(&self) -> &[usize] {
         &self.weighted
     }
@@ -224,8 +225,8 @@ pub fn modal_scales(model: &Model) -> Vec<f64> {
     (0..n).map(|mode| frequency(mode).max(mesh)).collect()
 }
 
-/// Vectors that span the same space. Each is scaled to 1 at the index of its largest component, where the
-/// others are 0.
+/// Vectors that span the same space, each with the index of its largest component. There it is 1, and the
+/// other vectors are 0.
 fn reduced(vectors: Vec<Vec<f64>>) -> Vec<(usize, Vec<f64>)> {
     let mut out: Vec<(usize, Vec<f64>)> = Vec::new();
     for mut vector in vectors {
@@ -259,7 +260,7 @@ pub mod tests {
     use crate::model::{OperatingPoint, fixtures};
     use crate::structure::Coupling;
 
-    /// The structure of the probe tests, with drag \[1/s\] on its rotations.
+    /// The drive of the tests of `multistability`, with drag \[1/s\] on its rotations.
     pub fn dragged(drag: f64) -> Model {
         let mesh = [0.8, -0.6, 0.5, 0.1];
         let mut structure = fixtures::structure(&[0.0, 0.0, 2.0, 3.0], 0.1, &mesh, &mesh);

@@ -262,8 +262,8 @@ impl Orders {
         }
     }
 
-    /// The orders of every signal after whole mesh cycles; those of a shaft only after enough whole
-    /// revolutions.
+    /// The orders of every signal after whole mesh cycles; those of shafts and further meshes only after a complete
+    /// stretch.
     pub fn outcome(&self) -> Vec<SignalOrders> {
         if self.cycle.is_none() {
             return Vec::new();

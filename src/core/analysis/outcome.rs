@@ -23,7 +23,8 @@ pub enum Status {
     Diverged,
     /// More events in one mesh cycle than `run.event_limit`.
     EventStorm,
-    /// The point could not be computed: a panic, an impossible model, or windows without progress.
+    /// The point could not be computed: a panic, an impossible model, windows without progress, contacts without a
+    /// table, or a drive that stops or turns back.
     Failed,
 }
 
@@ -163,15 +164,15 @@ impl LyapunovMethod {
 /// NVH statistics over the measured cycles; integrals use the windows' polynomials.
 ///
 /// Statistics of a periodic motion are exact. For any other motion, extremes are the largest of `cycles`
-/// mesh cycles and grow with the record; all other statistics have a standard error.
+/// mesh cycles and grow with the record; the statistics in `values` have standard errors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NvhOutcome {
     /// Mesh cycles in the statistics.
     pub cycles: u64,
     /// The statistics that have standard errors.
     pub values: NvhStatistics,
-    /// Standard errors of [`Self::values`], infinite if the record is too short; `None` for periodic motions and short
-    /// records.
+    /// Standard errors of [`Self::values`], infinite for a statistic with too few data; `None` for periodic motions and
+    /// short records.
     pub stderr: Option<NvhStatistics>,
     /// Largest minus smallest δ \[m\].
     pub deflection_pp: f64,

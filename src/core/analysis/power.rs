@@ -21,7 +21,7 @@ use std::borrow::Cow;
 /// Mesh cycles in a stretch, as for the other statistics.
 const CYCLES_PER_STRETCH: u64 = 10;
 
-/// Indices in the sums of the time \[s\] and of the gain of stored energy \[J\]. The works of all causes
+/// Indices of the time \[s\] and of the gain of stored energy \[J\] in [`Sums`]. The works of all causes
 /// \[J\] come first.
 const TIME_INDEX: usize = Cause::COUNT;
 const STORED_INDEX: usize = Cause::COUNT + 1;

@@ -8,15 +8,16 @@ use serde::{Deserialize, Serialize};
 pub struct PowerOutcome {
     /// Input by mean torques, torque ripple and other loads.
     pub loads: f64,
-    /// Input by prescribed transmission errors, flank errors and load centroids.
+    /// Input by prescribed transmission errors, flank errors, half gaps, load centroids and motions of stops.
     pub error: f64,
     /// Input by varying stiffness.
     pub stiffness: f64,
-    /// Output by the dampers of the contacts, by springs released while compressed, and by impacts on rigid stops.
+    /// Output by the dampers of the contacts, by springs released while compressed, by slipping dry sliders, and by
+    /// impacts on rigid stops.
     pub contact: f64,
     /// Output by damping of the structure, minus the input by its cross-coupled springs.
     pub structure: f64,
-    /// Output by friction of the contacts at the speeds of vibration.
+    /// Output by friction on the flanks at the speeds of vibration, and by dry friction.
     pub friction: f64,
     /// Gain of stored energy over the record.
     pub stored: f64,

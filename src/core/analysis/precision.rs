@@ -1,7 +1,7 @@
 //! The precision of NVH statistics, by which a stop rule ends the measurement.
 //!
-//! The standard error of a time average or line is divided by a scale, so that precision is comparable at
-//! any load:
+//! The standard error of a time average, or of a line of a spectrum or order, is divided by a scale, so that
+//! precision is comparable at any load:
 //!
 //! * root mean squares, rates, powers and mean durations: the value itself;
 //! * the mean of a signal, which may be zero: its root mean square, including the mean;
@@ -10,8 +10,8 @@
 //!   square about the mean, `√2` times as large;
 //! * fractions of time: 1.
 //!
-//! Power through the mesh and efficiency follow from the mean force and the loss. Extremes, quantiles and
-//! medians are omitted because they are not averages.
+//! Power through the mesh and efficiency are omitted because they follow from the mean force and the loss.
+//! Extremes, quantiles and medians are omitted because they are not averages.
 
 use super::outcome::{NvhOutcome, NvhStatistics, SignalOrders, Spectrum};
 use std::f64::consts::SQRT_2;

@@ -66,7 +66,8 @@ impl Recurrence {
         }
     }
 
-    /// Longest period, in mesh cycles, that the available states can show. The states must cover it twice.
+    /// Longest period that is tried, in mesh cycles: at least `longest_tried`, otherwise the longest one that the
+    /// available states cover twice.
     pub fn longest(&self) -> usize {
         let seen = (self.count().saturating_sub(1) / 2).min(LONGEST);
         self.longest_tried
@@ -167,7 +168,8 @@ impl Recurrence {
         candidates.into_iter().map(|lag| lag as u32).collect()
     }
 
-    /// The smallest distance, in units of the half gap, of the newest state from an earlier kept one.
+    /// The smallest distance, in units of the half gap, of the newest state from one of the [`Self::longest`] states
+    /// before it.
     pub fn closest_return(&self, norm: &EnergyNorm) -> Option<f64> {
         (1..self.count().min(self.longest() + 1))
             .map(|back| norm.distance(self.past(0), self.past(back)) / norm.unit())

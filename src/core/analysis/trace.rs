@@ -1,7 +1,7 @@
 //! One trajectory at evenly spaced instants, with its events.
 //!
-//! A kernel gives polynomials, not samples. Values at the instants `T j/S` of every mesh cycle are evaluated
-//! on them, and δ' on the derivative of the series,
+//! A kernel gives polynomials, not samples. Values at the S instants `T j/S` of every mesh cycle are
+//! evaluated on them, and δ' on the derivative of the series,
 //!
 //! ```text
 //! δ = Σ a_n P_n(x),   δ' = 2/Δ Σ a_n P'_n(x),   x = 2 (t − t₀)/Δ − 1

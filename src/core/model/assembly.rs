@@ -1,4 +1,4 @@
-//! The contacts of a model: the springs of both flanks of the first mesh, then those of the structure.
+//! The contacts of a model: springs and film layers of both flanks of the first mesh, then those of the structure.
 
 use super::basis::Basis;
 use super::contact::base_cycles;
@@ -43,7 +43,7 @@ struct Side {
     springs: Vec<Vec<Vec<Division>>>,
     flank: FlankParticipation,
     error: Vec<TransmissionErrorHarmonic>,
-    /// Static force on every bearing per unit force of the flank.
+    /// Static force on every bearing per unit force of the flank, with the entries of `OmittedModeForces::drive`.
     on_bearings: Vec<[f64; 4]>,
 }
 
@@ -54,7 +54,7 @@ impl Assembly<'_> {
     /// Assembles the contacts.
     ///
     /// # Errors
-    /// Springs on several lines with a common residual flexibility, too many contacts, too long a base period.
+    /// Springs that cannot share a residual flexibility, an invalid contact, too many contacts, too long a base period.
     pub fn contacts(&self) -> Result<Assembled, ModelError> {
         let mut directions = Directions::default();
         let mut contacts = self.flanks(&mut directions)?;
@@ -179,8 +179,8 @@ impl Assembly<'_> {
             .collect()
     }
 
-    /// Participations of a flank in the rotated modes. Rotations that do not deflect the flank have exactly
-    /// zero.
+    /// Participations of a flank in the rotated modes. Entries of `mesh` for rotations that do not deflect the flank
+    /// are exactly zero.
     fn turned(&self, flank: &FlankParticipation) -> FlankParticipation {
         let basis = self.basis;
         let independent =

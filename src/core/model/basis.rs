@@ -21,7 +21,7 @@ pub struct Basis {
     /// Indices of the structure's rigid modes.
     rigid: Vec<usize>,
     /// Orthonormal rigid motions, one per row, in terms of the structure's rigid modes. The first rows deflect no
-    /// contact, the next ones deflect further contacts, and the last one deflects the mesh.
+    /// contact, the next ones deflect further contacts, and the last one deflects the mesh if any motion does.
     turned: Vec<Vec<f64>>,
     /// Number of these rows that deflect no contact.
     contact_free: usize,
@@ -32,14 +32,14 @@ pub struct Basis {
     /// Number of blocks of dry sliders after those of the modes. They count as modes of the model; the
     /// structure does not have them.
     sliders: usize,
-    /// Shapes of the structure's modes; `None` for modes without parts.
+    /// Shapes of the structure's modes; `None` if they are unknown.
     shapes: Option<Arc<ModeShapes>>,
 }
 
 /// Coupled modes, in the rotated rigid motions and the elastic modes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coupled {
-    /// T, 2N × 2N row by row.
+    /// Maps states of the blocks to rotated modal displacements and velocities; 2N × 2N, row by row.
     pub to_modes: Vec<f64>,
     /// Its inverse.
     pub from_modes: Vec<f64>,
@@ -139,12 +139,12 @@ impl Basis {
         self.sliders
     }
 
-    /// Shapes of the structure's modes; `None` for modes without parts.
+    /// Shapes of the structure's modes; `None` if they are unknown.
     pub(super) fn shapes(&self) -> Option<&Arc<ModeShapes>> {
         self.shapes.as_ref()
     }
 
-    /// Whether the rotated modes are those of another basis.
+    /// Whether this basis and another one have the same rotated modes.
     pub(super) fn has_modes_of(&self, other: &Self) -> bool {
         let same_shapes = match (&self.shapes, &other.shapes) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other) || own == other,

@@ -15,7 +15,7 @@ pub struct BearingOutput {
     pub gain: Vec<[f64; 2]>,
     /// Static force of the omitted modes under the mean load \[N\].
     pub constant: f64,
-    /// Part of `constant` per unit of the load, as a fraction of the rated load \[N\].
+    /// Change of `constant` by rated load \[N\]: its derivative with respect to the load.
     pub(super) by_load: f64,
     /// Amplitude of the static force of the omitted modes under each of [`super::Model::ripple`] \[N\].
     pub by_ripple: Vec<f64>,

@@ -71,9 +71,9 @@ impl Model {
         })
     }
 
-    /// Whether a contact is open, and cannot close before another contact opens. The other contact is on the
-    /// opposite side of the line, or the contact is a film layer that has been passed. `segments` has the
-    /// segment of every contact.
+    /// Whether a contact is open, and cannot close before another contact opens: a closed contact faces it on its
+    /// line, or it is a film layer that has been passed ([`Self::is_passed`]). `segments` has the segment of every
+    /// contact.
     pub fn is_out_of_reach(&self, contact: usize, segments: &[Segment], active: ActiveSet) -> bool {
         let line = |contact: usize| self.line(&segments[contact]);
         let opposite = |other: usize| {

@@ -1,7 +1,7 @@
 //! Is there clearance between opposite flanks on one line?
 //!
 //! A contact of side +1 closes where δ rises to its gap b, a contact of side −1 where −δ rises to its gap.
-//! Both are closed at once if the sum of the gaps is negative: flanks that are thicker than the backlash jam.
+//! Both are closed at once if the sum of the gaps is negative: teeth that are too thick by more than the backlash jam.
 //! Kernels assume that at most one of two facing contacts on a line touches.
 
 use super::SAME_PHASE;
@@ -56,7 +56,7 @@ fn smallest_sum(a: &MeshCycle, b: &MeshCycle, directions: &[Direction]) -> f64 {
         for k in 0..=PLACES {
             let part = k as f64 / PLACES as f64;
             let phase = segment.start + part * (segment.end - segment.start);
-            // At the bounds of this segment, the segment of the other contact on this side of a common breakpoint.
+            // A common breakpoint belongs to two segments of `b`: use the one on the side of this segment.
             let edge = SAME_PHASE.min(0.5 * (segment.end - segment.start));
             let inside = phase.clamp(segment.start + edge, segment.end - edge);
             let other = b.segment_at(inside * b.period);
@@ -94,8 +94,8 @@ mod tests {
         assert!((lack(made(-12e-6, 0.0)) - 4e-6).abs() < 1e-12);
     }
 
-    /// One flank lacks 15 µm where the other is 15 µm too thick, and the opposite from phase 0.11 on, which
-    /// rounding puts before or behind the breakpoint.
+    /// One flank lacks 15 µm where the other is 15 µm too thick, and the opposite from phase 0.11 on. Rounding may
+    /// put a sample at this phase on either side of the breakpoint.
     #[test]
     fn errors_of_two_segments_are_not_mixed() {
         let structure = fixtures::structure(&[0.0, 900.0], 0.01, &[0.9, 0.4], &[0.9, 0.4]);

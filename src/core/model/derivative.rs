@@ -16,13 +16,14 @@ const MOST_DISTORTED: f64 = 0.1;
 /// The derivative of a model with respect to a parameter, in the states of the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelDerivative {
-    /// Derivatives of all numbers.
+    /// Derivatives in place of the differentiated numbers. The other numbers, such as those of rigid stops and dry
+    /// friction, are copies.
     pub numbers: Model,
-    /// Derivative of the generator between different blocks, 2N × 2N; `None` if the parameter does not affect the
-    /// structure.
+    /// Derivative of the entries of the generator that couple different blocks, 2N × 2N; `None` if states keep their
+    /// meaning.
     pub between_blocks: Option<Mat<f64>>,
-    /// Derivative of the change C from states of a model to states of the model of the derivative, 2N × 2N; `None` if
-    /// states keep their meaning.
+    /// Derivative C_p of the matrix C that maps states at a neighbouring value of the parameter to states of this
+    /// model, 2N × 2N; `None` if states keep their meaning.
     pub change: Option<Mat<f64>>,
 }
 
@@ -37,7 +38,7 @@ impl ModelDerivative {
         all.filter(|(.., value)| *value != 0.0).collect()
     }
 
-    /// The rate at which a state of constant numbers turns into another state, `C_p x`.
+    /// `C_p x`: the derivative, with respect to the parameter, of a state x whose numbers stay the same.
     pub fn turned(&self, x: &[f64]) -> Vec<f64> {
         match &self.change {
             None => vec![0.0; x.len()],
@@ -105,7 +106,7 @@ impl Model {
         })
     }
 
-    /// The derivative with respect to a parameter that has no effect: all numbers are zero.
+    /// The derivative with respect to a parameter that has no effect: all differentiated numbers are zero.
     pub fn unchanged(&self) -> ModelDerivative {
         let mut numbers = self.clone();
         numbers.each_number(&mut |number| *number = 0.0);
@@ -116,7 +117,8 @@ impl Model {
         }
     }
 
-    /// Visits every number that may depend on a parameter, always in the same order.
+    /// Visits every differentiated number, always in the same order. Numbers of rigid stops, dry sliders and dry
+    /// friction, bands of film layers and losses are not differentiated.
     fn each_number(&mut self, visit: &mut impl FnMut(&mut f64)) {
         for block in &mut self.blocks {
             all(block.generator.as_flattened_mut(), visit);
@@ -327,8 +329,8 @@ mod tests {
         generator
     }
 
-    /// Gyroscopic terms change the coupled modes with the speed. The sum has the states of the first model. They do not
-    /// change the effects of a force on the rate of a deflection.
+    /// Gyroscopic terms change the coupled modes with the speed. The sum has the states of the first model. The change
+    /// of states keeps the effects of a force on the rate of a deflection.
     #[test]
     fn a_sum_of_coupled_modes_has_the_states_of_the_first_model() {
         let at = |speed: f64| {
@@ -418,7 +420,7 @@ mod tests {
         }
     }
 
-    /// A load changes the inputs of the torques, a gap the gaps, a damper the dampers, and nothing else.
+    /// A load changes only the inputs of the torques, a gap only gaps, a damper only dampers, an error only harmonics.
     #[test]
     fn a_difference_of_models_is_their_derivative() {
         let point = fixtures::strong_rattle();

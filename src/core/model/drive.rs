@@ -7,16 +7,16 @@ use serde::Serialize;
 use std::f64::consts::TAU;
 use strum::EnumString;
 
-/// Breakpoints closer than this \[cycles\] coincide. Values of twelve digits put equal breakpoints up to
-/// 6e-12 apart: half a unit of the last digit of each, twice that for a symmetry. Moving a step Δk of a
-/// stiffness by this distance changes the rate of a deflection x by `1e-11 T Δk x/m`. In units of ω x this is
-/// 1e-11 Δk/k times the phase ω T of the contact's oscillation per cycle \[rad\].
+/// Breakpoints closer than this \[cycles\] coincide. Equal breakpoints differ by up to 6e-12 if input values have
+/// twelve digits. Moving a step Δk of a stiffness by this distance changes the rate of a deflection x by
+/// `1e-11 T Δk x/m`. In units of ω x this is 1e-11 Δk/k times the phase ω T of the contact's oscillation per cycle
+/// \[rad\].
 pub const SAME_PHASE: f64 = 1e-11;
 
 /// A gap that no deflection closes \[m\].
 const OUT_OF_REACH: f64 = 1.0;
 
-/// A distance from mid-face \[m\] below this is zero.
+/// A distance from mid-face \[m\] below this counts as zero.
 const MID_FACE: f64 = 1e-12;
 
 /// Number of divisions per period of the highest harmonic of a stiffness.
@@ -89,7 +89,7 @@ pub struct CoastFlank {
     pub transmission_error: Vec<MeshHarmonic>,
 }
 
-/// A division of the mesh cycle: the interval from the end of the previous division to its own end.
+/// A division of the mesh cycle: the interval from the end of the previous division to `end`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Division {
     /// Mesh phase at its end, in cycles.

@@ -8,8 +8,8 @@ use crate::numerics::linalg::{self, add_scaled, dot};
 use faer::Mat;
 use std::f64::consts::TAU;
 
-/// Stiffness of a rigid stop in the search for a static equilibrium, relative to the structure. At the start
-/// of a motion the state is moved onto the stop, which removes the deflection of the stop.
+/// Stiffness of a rigid stop in the search for a static equilibrium, in units of the squared fastest rate divided
+/// by ρ of the stop. At the start of a motion the state is moved onto the stop, which removes the overlap.
 const RIGID: f64 = 1e8;
 
 /// A contact in a static state, in the rotated modes.
@@ -24,7 +24,7 @@ struct RotatedStaticContact {
     stiffness: f64,
     /// `Σ w q` at which it closes \[m\].
     shut: f64,
-    /// Rate of this deflection \[m/s\].
+    /// Rate of `shut` \[m/s\].
     shut_rate: f64,
 }
 
@@ -134,8 +134,8 @@ impl Model {
     }
 
     /// Static equilibrium under the mean torques with all contacts at the start of their cycles. If the two
-    /// flanks are the only contacts, one of them carries the load. Otherwise all contacts that the load
-    /// closes share it.
+    /// flanks are the only contacts, and one can carry the load alone, it does. Otherwise all contacts that the
+    /// load closes share it.
     ///
     /// # Errors
     /// [`ModelError::NoEquilibrium`].
@@ -179,8 +179,8 @@ impl Model {
     }
 
     /// Static equilibrium in which all contacts that the load closes share it ([`super::rest`]). The search
-    /// starts from modal displacements. A rigid motion without restraint drifts under its load until it
-    /// closes a contact. If it can close none, it keeps its displacement.
+    /// starts from the modal displacements `modes`. A rigid motion without restraint drifts under its load until
+    /// it closes a contact. If it can close none, it keeps its displacement.
     fn shared_equilibrium(
         &self,
         all: &[RotatedStaticContact],
@@ -254,9 +254,10 @@ impl Model {
         }
     }
 
-    /// Static equilibrium with no closed contact except possibly this one. Also the force that the contact
-    /// would have to carry along its direction \[N\]. If there is a rigid relative rotation, its balance
-    /// determines the force. Otherwise the stiffness and the gap determine it.
+    /// The state of static equilibrium with no closed contact except possibly this one, and the force that the
+    /// contact would have to carry along its direction \[N\]. The balance of the rigid relative rotation determines
+    /// the force. Without such a rotation stiffness and gap determine it. If the contact is then not reached, the
+    /// second value is the free deflection \[m\], of which only the sign is used.
     fn equilibrium_on(&self, contact: usize) -> (Vec<f64>, f64) {
         let n = self.blocks.len();
         let contact = &self.contacts[contact];
@@ -296,7 +297,7 @@ impl Model {
             modes[n + r] = (error_rate + side * opening) / w[r];
         }
         let state = self.basis.state_of_turned(&modes);
-        // If this flank is not reached, return the free deflection, whose sign selects the flank.
+        // The sign of the free deflection selects the flank.
         (
             state,
             if rigid.is_none() && force == 0.0 { free } else { required_force },

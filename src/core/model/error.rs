@@ -16,7 +16,7 @@ pub enum ModelError {
     /// The coupled modes cannot be decoupled.
     #[error("{0}")]
     Coupling(#[from] DecouplingError),
-    /// A torque ripple or an imposed motion on a shaft whose participation is unknown.
+    /// A torque ripple or an imposed motion on a shaft whose participation or number of teeth is unknown.
     #[error(
         "a torque or a motion acts on the {shaft} shaft, but the structure has no torque participation for it; add `torque_{shaft}` to the modal file"
     )]
@@ -51,7 +51,7 @@ pub enum ModelError {
          only possible in the first mesh; give the stiffness of the mesh (mesh.stiffness = \"piecewise\"), without excitation.gear_error"
     )]
     NoCopy {
-        /// Its name.
+        /// Name of the contact.
         contact: String,
     },
     /// Two contacts that face each other on one line overlap: flanks that are thicker than the backlash, or
@@ -107,18 +107,19 @@ pub enum ModelError {
     of_untried(*untried)
 )]
 pub struct NoStaticState {
-    /// The contacts that pull or overlap, from 0.
+    /// Indices of the contacts that pull or overlap.
     pub contacts: Vec<usize>,
-    /// Largest pull or overlap \[m\].
+    /// Largest overlap, or pull divided by stiffness \[m\].
     pub excess: f64,
     /// Fraction of the friction and of the unsymmetric springs at which there is no equilibrium. The search raises
     /// this fraction from 0 to 1.
     pub friction: f64,
-    /// Number of contacts, and the largest number for which all combinations are tried, if there are too many.
+    /// Number of contacts and the largest number for which all combinations are tried, if there are too many
+    /// contacts to try them; otherwise `None`.
     pub untried: Option<[usize; 2]>,
 }
 
-/// The note that not all combinations of closed contacts were tried; empty if they were.
+/// The note that not all combinations of closed contacts were tried; empty for `None`.
 fn of_untried(contacts: Option<[usize; 2]>) -> String {
     contacts.map_or_else(String::new, |[count, most]| {
         format!(

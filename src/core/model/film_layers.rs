@@ -33,7 +33,7 @@ impl Model {
     }
 
     /// The layer that ends where a contact begins: for a layer the layer before it, for a flank the last
-    /// layer.
+    /// layer. `None` for the first layer, for other contacts and without a film.
     pub fn layer_before(&self, contact: usize) -> Option<usize> {
         let first = self.flank_springs - 2 * self.film_layers;
         match contact {

@@ -10,8 +10,8 @@
 //! k'_l = K_l s_l − K_{l−1} s_{l−1},        g'_l = g_l + c Σ_{i<l} k_i (g_l − g_i)
 //! ```
 //!
-//! exactly. The friction of each force, `T(x) = Σ t_l k_l max(0, x − g_l)`, is piecewise linear too,
-//! `t'_l k'_l = Φ_l s_l − Φ_{l−1} s_{l−1}` with `Φ_l = t_1 k_1 + … + t_l k_l`.
+//! exactly. With the friction t_l per unit force of spring l, the friction force `T(x) = Σ t_l k_l max(0, x − g_l)` is
+//! piecewise linear too: `t'_l k'_l = Φ_l s_l − Φ_{l−1} s_{l−1}` with `Φ_l = t_1 k_1 + … + t_l k_l`.
 
 use super::error::ModelError;
 use super::{Division, FlankError, STIFFNESS_TERMS, Stiffness};

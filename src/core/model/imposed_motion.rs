@@ -17,7 +17,8 @@ impl ImposedMotion {
     /// The torque that imposes it at this mesh period \[s\]: `−J ω² a cos(ω t + phase)`.
     ///
     /// # Errors
-    /// [`ModelError::UnknownShaft`], [`ModelError::DoesNotTurn`] if every rigid rotation deflects a contact.
+    /// [`ModelError::UnknownShaft`], [`ModelError::DoesNotTurn`] if the torque accelerates no rigid rotation that
+    /// leaves all contacts alone.
     pub(super) fn torque(
         &self,
         structure: &ModalStructure,

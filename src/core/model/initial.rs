@@ -6,9 +6,9 @@ use serde::Serialize;
 /// The start of a trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum InitialState {
-    /// Static equilibrium under the mean torques with the mesh at the start of its
-    /// cycle. The flanks have no relative velocity: the rotation follows a
-    /// transmission error that changes there.
+    /// Static equilibrium under the mean torques with the contacts at the start of their cycles. Rigid rotations
+    /// have the velocity at which touching contacts follow the rates of their errors and gaps. Elastic modes have
+    /// no velocity.
     Static,
     /// All modal coordinates and velocities zero.
     Rest,

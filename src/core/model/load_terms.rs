@@ -8,7 +8,7 @@ use crate::structure::ModalStructure;
 pub enum LoadTerm {
     /// The load, as a fraction of the rated one.
     Rated,
-    /// None: the input is constant.
+    /// No quantity: the input is constant.
     Constant,
     /// The speed Ω of the operating point \[rad/s\].
     Speed,
@@ -32,7 +32,7 @@ pub struct LoadTerms {
     /// Static force of the omitted modes on every bearing \[N\], per unit of each load term.
     pub on_bearings: Vec<[f64; LOAD_TERMS]>,
     /// Angular acceleration of the pinion's shaft per unit torque on the pinion's and on the wheel's shaft, with the
-    /// drive as a rigid body without dampers \[1/(kg m²)\]. An entry is `None` if the position of its torque is unknown.
+    /// drive as a rigid body without dampers \[1/(kg m²)\]. An entry is `None` if the place of its torque is unknown.
     /// Both are `None` if no torque on the pinion's shaft turns the whole drive.
     pub mobility: [Option<f64>; 2],
 }

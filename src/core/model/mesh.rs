@@ -62,7 +62,7 @@ impl Segment {
     }
 }
 
-/// One mesh cycle. Neighbouring segments with the same direction and constant stiffness, without errors, are
+/// One mesh cycle. Neighbouring segments with the same direction, the same constant stiffness and no errors are
 /// merged.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshCycle {
@@ -132,8 +132,8 @@ impl MeshCycle {
     }
 }
 
-/// Largest number of equal parts of the cycle that kernels try to find parts whose boundaries include those of
-/// all segments.
+/// Kernels seek a division of the cycle into equal parts whose boundaries include the ends of all segments. This
+/// is the largest number of parts that they try.
 pub const MOST_PARTS: usize = 10_000;
 
 /// The smallest number of equal parts of a cycle such that all `ends` (phases in cycles) are boundaries of

@@ -26,9 +26,9 @@ impl Breakpoints {
     }
 }
 
-/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart. The
-/// breakpoints of the first contact stay, and those of the next contacts move onto them. A segment whose ends
-/// coincide is removed. Without this, breakpoints that differ by rounding would require windows as short as
+/// Moves the ends of all segments onto one set of breakpoints that are more than [`SAME_PHASE`] apart. An end
+/// within this distance of 0, 1 or an earlier breakpoint moves there; earlier contacts come first. A segment whose
+/// ends coincide is removed. Without this, breakpoints that differ by rounding would require windows as short as
 /// the difference.
 pub(super) fn merge(contacts: &mut [Contact]) {
     let ends = [0.0_f64, 1.0].map(f64::to_bits);

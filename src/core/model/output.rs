@@ -59,7 +59,7 @@ impl Quantity {
 /// A mesh of the structure.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedMesh {
-    /// Its gears.
+    /// Names of its gears.
     pub name: String,
     /// Its drive flank and its coast flank, as indices of the model's contacts.
     pub flanks: [usize; 2],

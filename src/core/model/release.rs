@@ -34,8 +34,8 @@ pub enum Release {
 }
 
 impl Release {
-    /// Whether a closing at an approach speed \[m/s\] is an impact of surfaces. It is none if a compressed
-    /// contact closes again, or for sliders, films, rests and dry friction.
+    /// Whether a closing at an approach speed \[m/s\] is an impact of surfaces. It is not if a compressed contact
+    /// closes again by its force, and never for sliders, films, rests and dry friction.
     pub fn is_struck(self, approach: f64) -> bool {
         match self {
             Self::Deflection | Self::Impact => true,

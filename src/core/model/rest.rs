@@ -1,8 +1,8 @@
 //! Which contacts carry a constant load, and with what forces?
 //!
 //! Contact i is a spring k across a gap. It pushes towards one side only. Everything else is linear. The
-//! elastic motions are eliminated. With the rigid motions y that deflect contacts, and the stretches p of the
-//! contacts beyond the positions where they close,
+//! elastic motions are eliminated. With the rigid motions y that deflect contacts, and the stretches p by which
+//! the springs of the contacts are compressed (negative for open contacts),
 //!
 //! ```text
 //! p = c + A y − B F,      F = k max(0, p),      Hᵀ (f − Gᵀ F) = 0
@@ -12,7 +12,7 @@
 //! flexibility B of the structure, and the rigid motions H that closed contacts restrain. The other part of
 //! the rigid load f is a drift. It must not move an open contact towards closing.
 //!
-//! Without friction G = A and B = Bᵀ, and the solution is the minimum of the convex energy
+//! Without friction G = A and B = Bᵀ, and the solution is the minimum over y and forces λ of the convex energy
 //! `½ λᵀ B λ − fᵀ y + Σ ½ k max(0, p)²`, `p = c + A y − B λ`. It is quadratic between the points where
 //! contacts close, so Newton steps with exact line searches end after a finite number of steps (J. Sun, On
 //! piecewise quadratic Newton and trust region problems, Math. Program. 76, 1997). Friction and unsymmetric
@@ -45,8 +45,8 @@ const MOST_TRIED: usize = 16;
 /// Largest number of updates of the load by friction within a step. If it is exceeded, the step is too large.
 const MOST_RENEWALS: usize = 20;
 
-/// Largest fraction of the friction that a step adds, which is that of the first step, and the smallest fraction. A step
-/// that fails is halved, and the step after one that succeeds is doubled.
+/// Largest fraction of the friction that a step adds, which is that of the first step, and the smallest fraction.
+/// A step that fails is halved, and the step after one that succeeds is doubled.
 const PARTS: [f64; 2] = [0.125, 1e-6];
 
 /// `Σ |a b|`.
@@ -73,7 +73,7 @@ pub(super) fn span<'a>(rows: impl Iterator<Item = &'a [f64]>) -> Vec<Vec<f64>> {
     basis
 }
 
-/// A contact in static equilibrium. All quantities are positive where the contact is compressed. A list over
+/// A contact in static equilibrium. Its stretch and its force are positive where it is compressed. A list over
 /// contacts has one entry per contact. A list over rigid motions has one entry per rigid motion that deflects
 /// contacts.
 #[derive(Debug, Clone)]
@@ -147,8 +147,8 @@ impl Contacts {
             .fold(ActiveSet::FREE, ActiveSet::toggled)
     }
 
-    /// The state nearest to a position in which exactly these contacts are closed, with forces of any sign.
-    /// With the rigid motion `H h` from this position,
+    /// The balance with exactly these contacts closed, with forces of any sign, that is nearest to a position y of
+    /// the rigid motions. With the rigid motion `H h` from this position,
     ///
     /// ```text
     /// (B + 1/k) F − A H h = c + A y,      Hᵀ Gᵀ F = Hᵀ f

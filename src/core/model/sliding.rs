@@ -23,8 +23,9 @@ impl Model {
         active.iter().any(parts)
     }
 
-    /// The closed contacts after a contact has opened or closed. If a slip closes, its spring or its stick
-    /// opens, and vice versa. If a layer of a film or the flank closes, the other contacts of the film open.
+    /// The closed contacts after a contact has opened or closed. A dry slider or dry friction changes by a slip: if
+    /// the slip closes, its spring or its stick opens, and vice versa. If a layer of a film or the flank closes, the
+    /// other contacts of the film open.
     pub fn toggled(&self, active: ActiveSet, contact: usize) -> ActiveSet {
         let mut to = active.toggled(contact);
         if to.holds(contact) && self.film_layers > 0 {

@@ -1,10 +1,11 @@
 //! How is a state of one model described as a state of another one?
 //!
 //! Modes, and the blocks of coupled modes, depend on the parameters of a structure. Their order and signs may change,
-//! and modes of equal frequency are arbitrary combinations. The displacements of the parts are not: modes with shapes Φ
-//! move the parts by `Φ q`. The modal displacements of the reference that are nearest to this motion are
-//! `H q = (Φ₀ᵀ W Φ₀)⁻¹ Φ₀ᵀ W Φ q`, with the inertias W of the freedoms. With the transformations T of both bases, states
-//! of blocks change by `C = T₀⁻¹ H T`. C depends smoothly on the parameters, and is the identity for equal structures.
+//! and modes of equal frequency are arbitrary combinations. The displacements of the freedoms do not change so: they
+//! are `Φ q` with the shapes Φ. The modal displacements of the reference that are nearest to this motion are
+//! `H q = (Φ₀ᵀ W Φ₀)⁻¹ Φ₀ᵀ W Φ q`, with the inertias W of the freedoms. With the transformations T of both bases,
+//! states of blocks change by `C = T₀⁻¹ H T`. C depends smoothly on the parameters, and is the identity for equal
+//! structures.
 
 use super::basis::Basis;
 use super::error::ShapeChange;
@@ -41,7 +42,8 @@ impl StateChange {
         }
     }
 
-    /// This change, then back by the change `other` of another model to the same reference.
+    /// This change, then back by the change `other` of another model to the same reference: from states of this
+    /// model to states of the other model.
     #[must_use]
     pub(super) fn then_back(&self, other: &Self) -> Self {
         match (self, other) {
@@ -136,8 +138,8 @@ impl Basis {
         }
     }
 
-    /// H for the rotated modes, N × N; `None` if both structures have the same modes, or modes without shapes. The
-    /// motion without contact stays separate from the other motion, because it does not affect it.
+    /// H for the rotated modes, N × N; `None` if both structures have the same modes, or modes without shapes. Rigid
+    /// motions without contact stay separate from the other modes, which they do not affect.
     fn modes_in(&self, reference: &Self) -> Result<Option<Mat<f64>>, ShapeChange> {
         if self.has_modes_of(reference) {
             return Ok(None);
@@ -179,8 +181,8 @@ impl Basis {
 }
 
 impl Model {
-    /// This model with the states to which `forth` leads and from which `back` leads, and the generator between
-    /// different blocks.
+    /// This model in new states, and the entries of its generator that couple different blocks. `forth` maps the old
+    /// states to the new ones, `back` the new ones to the old ones.
     pub(super) fn changed(&self, forth: &Mat<f64>, back: &Mat<f64>) -> (Self, Mat<f64>) {
         let n = self.modes();
         let columns = |values: &mut Vec<[f64; 2]>| *values = pairs(&times(forth, &flat(values)));
@@ -240,7 +242,7 @@ impl Model {
         (changed, generator)
     }
 
-    /// The generator of all blocks, 2N × 2N.
+    /// The generators of all blocks as one matrix, 2N × 2N.
     fn generator(&self) -> Mat<f64> {
         let n = self.modes();
         Mat::from_fn(2 * n, 2 * n, |i, j| {

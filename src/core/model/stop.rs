@@ -19,7 +19,7 @@ use crate::structure::{ModalStructure, StopPart};
 /// A rigid stop of a model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
-    /// Index of its impacts among the contacts. The rest follows.
+    /// Index of its impact among the contacts. The next contact is its rest.
     pub impact: usize,
     /// Coefficient of restitution ε.
     pub restitution: f64,
@@ -60,8 +60,8 @@ impl Stop {
     /// The stops of a structure. `before` is the number of contacts before those of the structure.
     ///
     /// # Errors
-    /// [`ModelError::OutOfRange`] if the force of a stop does not push its contact open, or if the gaps of opposite
-    /// stops leave no room between them.
+    /// [`ModelError::OutOfRange`] if a restitution is not from 0 to 1, the force of a stop does not push its contact
+    /// open, or the gaps of opposite stops leave no room between them.
     pub(super) fn of_structure(
         structure: &ModalStructure,
         before: usize,

@@ -44,8 +44,8 @@ impl Model {
         )
     }
 
-    /// Whether the force of a closed contact is that of a spring, a damper or a dry slider. It is not for dry
-    /// friction and for the rest on a rigid stop.
+    /// Whether a contact is neither a state of dry friction nor a rest on a rigid stop: a spring, a damper, a state of
+    /// a dry slider, or an impact.
     pub fn is_spring(&self, contact: usize) -> bool {
         let release = self.contacts[contact].release;
         !(release.of_friction() || release == Release::Rest)

@@ -57,8 +57,8 @@ pub(super) fn with_complete_law<'c>(
 }
 
 impl Division {
-    /// The law of a contact from divisions and a coefficient of friction. Gap, damping, phase and error are
-    /// 0.
+    /// The law of a contact from divisions and a coefficient of friction. Gap, damping, phase and transmission
+    /// error are 0.
     pub fn law(divisions: &[Self], friction: f64) -> ContactLaw {
         let off_middle = divisions.iter().any(|division| division.centre() != 0.0);
         let lacking = divisions.iter().any(|division| !division.error.is_none());
@@ -83,8 +83,8 @@ impl Division {
 
 impl ContactLaw {
     /// The laws of the drive flanks and of the coast flanks of a mesh. The drive flanks have these divisions;
-    /// the coast flanks have their mirror image about the phase `symmetry`. Gap, damping, phase and error are
-    /// those of this law, whose error is that of the drive flanks.
+    /// the coast flanks have their mirror image about the phase `symmetry`. Gap, damping, phase and transmission
+    /// error are those of this law, whose transmission error is that of the drive flanks.
     pub fn on_both_flanks(
         &self,
         divisions: &[Division],
@@ -209,7 +209,8 @@ pub(super) fn contact(
         [] => vec![0.0; w.len()],
         column => basis.turn(column),
     });
-    // The entries of rotations that deflect no contact are round-off of the transformation. Set them to 0.
+    // In rotations that deflect no contact, w and tilt are round-off of the transformation. Set them to 0, and remove w
+    // from g, which has the same round-off.
     for &i in basis.without_contact() {
         g[i] -= w[i];
         w[i] = 0.0;

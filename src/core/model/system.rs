@@ -26,11 +26,11 @@ fn shafts(structure: &ModalStructure) -> Vec<(String, [u32; 2])> {
 
 /// The piecewise-linear system at one operating point.
 ///
-/// Rigid rotations are rotated among themselves so that at most one of them, the relative
-/// rotation, deflects the mesh; the others are [`Model::neutral`].
+/// Rigid rotations are rotated among themselves so that at most one of them, the relative rotation, deflects the
+/// mesh. Of the others, those that deflect no further contact and do not decay are [`Model::neutral`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// The structure, one block per mode.
+    /// One block per mode of the structure, then one per dry slider.
     pub blocks: Vec<Block>,
     /// The distinct directions of all segments, with the gains between contacts and blocks.
     pub directions: Vec<Direction>,
@@ -53,9 +53,9 @@ pub struct Model {
     pub load: f64,
     /// Constant inputs of the blocks under rated load.
     pub rated_input: Vec<[f64; 2]>,
-    /// Half gap b \[m\] of the first contact, which is the scale of lengths.
+    /// Scale of lengths \[m\]: the half gap b of the first contact, or a given length if flanks are out of reach.
     pub half_gap: f64,
-    /// Harmonics of the torques, then those of other loads.
+    /// Harmonics of the torques, then those of imposed motions, then those of other loads.
     pub ripple: Vec<Ripple>,
     /// Forces on the bearings.
     pub bearings: Vec<BearingOutput>,
@@ -88,8 +88,7 @@ impl Model {
     /// springs share this flexibility.
     ///
     /// # Errors
-    /// Modes that cannot be decoupled, ripple on an unknown shaft, springs on several lines
-    /// that would share a residual flexibility, contacts that friction locks, or a value out of its range.
+    /// The variants of [`ModelError`] state the causes.
     pub fn new(
         structure: &ModalStructure,
         drive: &Drive,
@@ -374,7 +373,8 @@ impl Model {
         Ok(model)
     }
 
-    /// The rigid relative rotation: the rotated rigid mode that deflects the mesh.
+    /// The rigid relative rotation: the last rotated rigid mode, which deflects the mesh if any does. `None` if there
+    /// is no rigid mode or it is neutral.
     pub fn relative_rotation(&self) -> Option<usize> {
         (self.basis.rigid().last().copied()).filter(|i| !self.neutral.contains(i))
     }

@@ -18,8 +18,8 @@ impl TorqueCurve {
     /// The first `count` harmonics, without the mean. Harmonics that are zero up to rounding are left out.
     ///
     /// The second derivative of a piecewise linear curve is a sum of pulses `m_j`, the changes of slope at angles
-    /// `a_j`. So the coefficients are `c_n = −Σ m_j e^{−i ω a_j} / (P ω²)` with `ω = 2π n / P`, and the amplitudes
-    /// `2 |c_n|`.
+    /// `a_j`. So the coefficients are `c_n = −Σ m_j e^{−i ω a_j} / (P ω²)` with the period P and `ω = 2π n / P`, and
+    /// the amplitudes `2 |c_n|`.
     pub fn harmonics(&self, count: u32) -> Vec<TorqueRipple> {
         let points = &self.points;
         let slope = |k: usize| {
@@ -89,7 +89,8 @@ mod tests {
         }
     }
 
-    /// A finely sampled cosine has one harmonic, with its phase; the others fall with the square of the step.
+    /// A sampled cosine: its harmonic has the exact phase, and the error of its amplitude falls with the square of
+    /// the step.
     #[test]
     fn harmonics_of_a_sampled_wave_are_of_second_order() {
         let off = |count: u32| {

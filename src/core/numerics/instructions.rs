@@ -2,8 +2,7 @@
 //! latter, equal jobs give equal bits on every machine.
 //!
 //! A fused multiply-add rounds once, a product and a sum round twice. Wider vectors add in another order.
-//! Loops that exist in several versions read the choice here. It applies to the whole process, like the same
-//! choice of the system's mathematical library.
+//! Loops that exist in several versions read the choice here. It applies to the whole process.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -157,8 +157,8 @@ pub fn variation(series: &[f64]) -> f64 {
 
 /// The quotient `q` of `series / (1 + x)`, with the value at x = −1 taken as zero.
 ///
-/// It removes a root at a window's start. Backward recurrence of
-/// `(1 + x) q = g` with `x P_n = ((n+1) P_{n+1} + n P_{n−1})/(2n+1)`.
+/// It removes a root at a window's start. A backward recurrence solves `(1 + x) q = series` with
+/// `x P_n = ((n+1) P_{n+1} + n P_{n−1})/(2n+1)`.
 #[inline(always)]
 pub fn divide_out_start<const P: usize>(series: &[f64; P]) -> [f64; P] {
     let factors = const { division::<P>() };
@@ -195,15 +195,15 @@ pub struct Transforms<const P: usize> {
     weights: [f64; P],
     /// `to_series[j][n]`: contribution of the value at node j to coefficient n.
     to_series: [[f64; P]; P],
-    /// The series on the left and right half of the interval.
+    /// Maps to the series on the left and on the right half of the interval.
     halves: [Box<Columns<P>>; 2],
-    /// The derivative with respect to x.
+    /// Map to the derivative with respect to x.
     derivative: Box<Columns<P>>,
-    /// The quotient by 1 + x.
+    /// Map to the quotient by 1 + x.
     quotient: Box<Columns<P>>,
-    /// Values at the samples.
+    /// Map to the values at the samples.
     samples: Box<Columns<P, SAMPLES>>,
-    /// Values at the nodes.
+    /// Map to the values at the nodes.
     values: Box<Columns<P>>,
 }
 
@@ -216,8 +216,8 @@ pub fn sample_place(index: usize) -> f64 {
     2.0 / (SAMPLES - 1) as f64 * index as f64 - 1.0
 }
 
-/// A map from series to series: `columns[n][m]` is the contribution of coefficient n to
-/// coefficient m (zero for m > n) or, for values, to sample m.
+/// A map from a series to a series or to values: `columns[n][m]` is the contribution of coefficient n to
+/// coefficient m (zero for m > n), or to the value at position m.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Columns<const P: usize, const M: usize = P>(pub [[f64; M]; P]);

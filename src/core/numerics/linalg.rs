@@ -1,5 +1,6 @@
 //! Small dense algebra: products, inverse, linear equations, Cholesky factors, eigenvalues, single
-//! eigenvectors. It uses the plain loops of [`plain`] if the process is restricted to portable instructions.
+//! eigenvectors. It uses the plain loops of [`plain`] if the process is restricted to portable instructions, and
+//! always where they are faster.
 
 use super::instructions::portable;
 use super::plain;

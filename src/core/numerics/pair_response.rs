@@ -122,7 +122,7 @@ mod tests {
     use super::*;
     use crate::numerics::legendre::{at_end, evaluate};
 
-    /// `q'' + 2ζω q' + ω² q = a + b t` from rest has a closed form.
+    /// Compares with the closed form for `q'' + 2ζω q' + ω² q = a + b t` from a given start.
     #[test]
     fn an_oscillator_under_a_ramp_is_that_of_the_textbook() {
         let (omega, zeta): (f64, f64) = (3.0, 0.02);

@@ -1,7 +1,7 @@
 //! Dense algebra in plain loops, whose sums have the same order on every processor. [`super::linalg`] uses it
-//! if the process is restricted to portable instructions, and always for eigenvalues, where it is faster.
-//! Otherwise it uses the library faer, which chooses vector instructions, fused multiply-adds and block sizes
-//! by the processor.
+//! if the process is restricted to portable instructions, and always for eigenvalues of general real matrices and
+//! for few linear equations, where it is faster. Otherwise it uses the library faer, which chooses vector
+//! instructions, fused multiply-adds and block sizes by the processor.
 
 mod general;
 mod symmetric;

@@ -9,7 +9,7 @@ const MOST_STEPS: usize = 50;
 /// Largest number of events for which the sums over the Poisson distribution are computed.
 const MOST_SUMMED: f64 = 1e9;
 
-/// Exact 95 % interval of the rate of a Poisson process with `count` events in `exposure`
+/// Exact 95 % interval of the rate of a Poisson process with k = `count` events in T = `exposure`
 /// (Garwood 1936):
 ///
 /// ```text

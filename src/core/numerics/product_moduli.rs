@@ -211,8 +211,9 @@ mod tests {
     use super::*;
     use crate::numerics::random::Stream;
 
-    /// Factors `S_c T_c S_{c−1}⁻¹` around a cycle. S_c is orthogonal. T_c is upper triangular, except that
-    /// two equal moduli form a scaled rotation. The moduli of the eigenvalues are therefore the given ones.
+    /// Factors `S_c T_c S_{c−1}⁻¹` around a cycle. S_c is orthogonal. T_c is upper triangular, except that two
+    /// equal moduli form a scaled rotation. The eigenvalues of the product therefore have the powers of the given
+    /// moduli with exponent `count`.
     fn factors(count: usize, moduli: &[f64]) -> Vec<Mat<f64>> {
         let n = moduli.len();
         let mut stream = Stream::new(5, 6, 7);

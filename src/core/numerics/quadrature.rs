@@ -21,7 +21,7 @@ impl GaussLegendre {
         for i in 0..n.div_ceil(2) {
             let half_angle = 0.5 * PI * (i as f64 + 0.75) / (n as f64 + 0.5);
             let mut y = 2.0 * half_angle.sin().powi(2);
-            // The error of the guess is 1e-4, and convergence is quadratic: five steps reach round-off.
+            // The error of the guess is 1e-4, and convergence is quadratic: six steps are more than enough.
             for _ in 0..6 {
                 let (p, dp) = legendre_and_derivative(n, y);
                 y += p / dp;

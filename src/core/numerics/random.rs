@@ -27,8 +27,8 @@ impl Stream {
     pub fn new(seed: u64, point: u64, probe: u64) -> Self {
         let mut bytes = [0; 32];
         // The second half of the bytes is the generator's increment, whose lowest bit is always set. An even
-        // probe number there would give the same stream as the next odd one. The number is therefore rotated
-        // by one bit.
+        // probe number in this half would give the same stream as the next odd one. The number is therefore
+        // rotated by one bit, and its lowest bit is moved to the last word.
         let probe = probe.rotate_left(1);
         let [low, high] = [probe & !1, 0x617c << 1 | probe & 1];
         for (chunk, value) in bytes.chunks_exact_mut(8).zip([seed, point, low, high]) {

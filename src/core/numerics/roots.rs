@@ -16,11 +16,11 @@ pub struct Search {
     pub exit: Option<f64>,
     /// Number of tangencies before the exit.
     pub grazings: u32,
-    /// Whether the first certificate decided that there is no exit.
+    /// Whether the first check decided that there is no exit.
     pub certified: bool,
     /// Number of bisections.
     pub bisections: u32,
-    /// Number of Newton steps.
+    /// Number of steps of Halley's iteration.
     pub newton_steps: u32,
 }
 
@@ -348,7 +348,7 @@ fn place_of_zero<const P: usize, A: Arithmetic<P>>(
     [if inside { x } else { 0.5 * (lo + hi) }, lo, hi]
 }
 
-/// The error of Halley's iteration is of third order. After a relative step below this, with a relative
+/// The error of Halley's iteration is of third order. After a step in x below this, with a relative effect of
 /// curvature below this, the error is a fraction of round-off.
 const SMALL_STEP: f64 = 4e-6;
 

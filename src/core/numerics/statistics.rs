@@ -93,7 +93,7 @@ pub fn correlation_time(values: &[f64]) -> f64 {
 }
 
 /// Skewness of values, `m₃ / m₂^{3/2}` with the central moments `m_k = Σ (x − x̄)^k / n`.
-/// It is 0 for fewer than 3 values and for constant ones, and NaN if a value is not finite.
+/// It is 0 for fewer than 3 values and for constant ones, otherwise NaN if a value is not finite.
 pub fn skewness(values: &[f64]) -> f64 {
     if values.len() < 3 || is_constant(values) {
         return 0.0;

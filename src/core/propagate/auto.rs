@@ -10,7 +10,7 @@ use strum::EnumCount;
 /// The value of `run.kernel`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum KernelSetting {
-    /// Closed modes if they support the drive and cost less ([`Why::of`]), else the structured kernel.
+    /// Closed modes if they support the drive and cost less ([`Why::of`]), else the structured kernel (`volterra`).
     Auto,
     /// A given kernel.
     Named(KernelChoice),

@@ -10,9 +10,9 @@ use strum::{EnumCount, IntoStaticStr};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, IntoStaticStr, EnumCount)]
 #[strum(serialize_all = "snake_case")]
 pub enum KernelChoice {
-    /// The structured kernel.
+    /// The structured kernel: a Volterra equation for the contact force on each window.
     Volterra,
-    /// Each set of closed contacts in its own eigenvectors.
+    /// The motion in the eigenvectors of the system with the present set of closed contacts.
     ClosedModes,
     /// Fixed small steps.
     Stepping {
@@ -54,7 +54,8 @@ impl KernelChoice {
     /// * `kept`: returns the stored tables; called for [`ClosedModes`] only.
     ///
     /// # Errors
-    /// Tables do not fit the model, or kept tables could not be loaded or computed.
+    /// The kernel does not support the model, kept tables do not fit it or could not be loaded or computed, or the
+    /// motion reached a set of closed contacts without a table.
     pub fn apply<U, T, E>(
         self,
         model: &Model,

@@ -9,7 +9,7 @@ pub struct Counters {
     pub windows: u64,
     /// Windows cut by an event or a breakpoint.
     pub partial_windows: u64,
-    /// Windows in which bounds exclude an event without a search.
+    /// Checks in which bounds exclude an event without a search. A window has one, or one per line or contact.
     pub certified: u64,
     /// Series bisections while isolating roots.
     pub bisections: u64,
@@ -23,9 +23,9 @@ pub struct Counters {
     pub tangent_windows: u64,
     /// Windows in contact with a varying stiffness that is in no table.
     pub factorised: u64,
-    /// Products of a dense operator with a state or tangent (table kernels).
+    /// Products of a dense operator with a state or tangent (only kernels with dense tables).
     pub matvecs: u64,
-    /// Evaluations of a margin at a time (table kernels).
+    /// Evaluations of a margin at one time (only kernels with dense tables).
     pub guard_evaluations: u64,
 }
 

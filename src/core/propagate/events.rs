@@ -1,8 +1,8 @@
 //! When does a contact open or close?
 //!
 //! The margin of a contact is positive while its state lasts: `b − s δ` for an open one, `s δ − b` for a closed one.
-//! It opens or closes at the earliest time at which its margin becomes negative. After an event, the margin of that
-//! contact has a known root at the window's start, which is divided out rather than stepped over.
+//! The contact opens or closes at the earliest time at which its margin becomes negative. After an event, the margin of
+//! its contact is zero at the start of the next window. The search divides this root out of the series.
 
 use super::{Counters, Event, Observer, Stop};
 use crate::model::{ActiveSet, Contact};
@@ -146,8 +146,8 @@ pub struct Guard<'a, const P: usize> {
 }
 
 impl<const P: usize> Guard<'_, P> {
-    /// The search for the position where `sign` times a series becomes negative. `crossed` means that the series is
-    /// zero at its start.
+    /// A guard for finding the position where `sign` times a series becomes negative. `crossed` means that the series
+    /// is zero at its start.
     pub fn of_sign(sign: f64, crossed: bool) -> Self {
         Self {
             margin: Margin {
@@ -162,7 +162,7 @@ impl<const P: usize> Guard<'_, P> {
     }
 }
 
-/// The first event on `[−1, limit]` of a window, for contacts with the same deflection.
+/// The first event on `[−1, limit]` of a window, for contacts with the same deflection; `None` if there is none.
 ///
 /// * `series`: Legendre series of δ \[m\], with round-off `noise` \[m\].
 #[inline(always)]
@@ -223,9 +223,9 @@ fn crossing_of(search: Search, contact: usize, counters: &mut Counters) -> Optio
     search.exit.map(|x| Crossing { x, contact })
 }
 
-/// The contact that the deflection approaches monotonically, if `guards` are two opposite open contacts.
-/// `None` if the deflection may turn, starts beyond a surface, or starts on the surface ahead. The surface
-/// behind needs no check, because the deflection leaves it at once and does not return.
+/// The contact that the deflection approaches monotonically, if `guards` are two opposite open contacts without gap
+/// errors. `None` if the deflection may turn, starts beyond a surface, or starts on the surface ahead. A contact that
+/// has just opened may be beyond the surface behind by round-off, and the deflection does not return to it.
 #[inline(always)]
 fn ahead<'g, 'a, const P: usize, A: Arithmetic<P>>(
     transforms: &Transforms<P>,

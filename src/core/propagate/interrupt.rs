@@ -5,7 +5,8 @@ use crate::model::TrajectoryState;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// A kernel that checks a flag before every window, and stops once it is raised. The flag does not change results.
+/// A kernel that checks a flag at least once per mesh cycle, and stops once it is raised. The checks do not change
+/// results.
 #[derive(Debug, Clone, Copy)]
 pub struct Interruptible<'a, K> {
     kernel: &'a K,

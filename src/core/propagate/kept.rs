@@ -87,7 +87,7 @@ impl<'t> KeptReader<'t> {
         }
     }
 
-    /// The next `count` numbers of an array.
+    /// The next `count` numbers of an array; an error if fewer are left.
     pub fn take(&mut self, name: &'static str, count: usize) -> Result<&'t [f64], TableError> {
         let place = match self.rests.iter().position(|(known, _)| *known == name) {
             Some(place) => place,
@@ -110,7 +110,7 @@ impl<'t> KeptReader<'t> {
         Ok(self.take(name, 1)?[0])
     }
 
-    /// The next number, a count.
+    /// The next number, which must be a count.
     pub fn count(&mut self, name: &'static str) -> Result<usize, TableError> {
         let number = self.number(name)?;
         if (0.0..=LARGEST_COUNT).contains(&number) && number.fract() == 0.0 {
@@ -120,7 +120,7 @@ impl<'t> KeptReader<'t> {
         }
     }
 
-    /// Checks that every array was read to its end.
+    /// Checks that every array of which numbers were read was read to its end.
     pub fn finish(self) -> Result<(), TableError> {
         let left = self.rests.iter().find(|(_, rest)| !rest.is_empty());
         left.map_or(Ok(()), |&(name, _)| Err(TableError::Kept { name }))

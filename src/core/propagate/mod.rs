@@ -2,9 +2,10 @@
 //! counters.
 //!
 //! A kernel is built for one [`Model`] and advances whole mesh cycles. The caller supplies the trajectory,
-//! the tangents and the workspace. An integrated cycle allocates no memory, with two exceptions: a contact
-//! closes for the first time since the kernel was built, or a model with very many contact sets reaches a new
-//! one. Kernels are generic over the observer, so that unobserved quantities are not computed.
+//! the tangents and the workspace. An integrated cycle allocates no memory, with three exceptions: a contact
+//! closes for the first time since the kernel was built, a model with very many contact sets reaches a new
+//! one, or the model has rigid stops or dry friction. Kernels are generic over the observer, so that unobserved
+//! quantities are not computed.
 
 mod auto;
 mod choice;
@@ -71,7 +72,7 @@ pub enum Stop {
         /// The mesh cycle.
         cycle: u64,
     },
-    /// The initial state is already out of range.
+    /// The mesh deflection of the initial state is out of range.
     #[error(
         "the mesh deflection of the initial state is {half_gaps:.1e} half gaps, but more than {farthest:.0e} half \
          gaps count as diverged; set run.initial to a smaller state"
@@ -151,7 +152,7 @@ pub trait Kernel {
         true
     }
 
-    /// Checks that a trajectory at the start of a mesh cycle is within the range of this kernel.
+    /// Checks that the mesh deflection of the trajectory `start` is at most [`Self::FARTHEST`] half gaps.
     ///
     /// # Errors
     /// [`Stop::FarStart`].

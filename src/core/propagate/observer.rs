@@ -20,8 +20,8 @@ pub struct Window<'a> {
     pub contact: ActiveSet,
     /// Deflection δ of the mesh \[m\]: along the line of the first contact.
     pub deflection: &'a [f64],
-    /// Force F of the mesh \[N\], the sum over its closed flanks: positive on the drive flank,
-    /// negative on the coast flank, all zero in free flight.
+    /// Force F of the mesh \[N\], the sum over its closed flanks: a push of the drive flank is positive, a push of
+    /// the coast flank negative. All terms are zero in free flight.
     pub force: &'a [f64],
     /// Every closed contact, in order.
     pub closed: &'a [ClosedContact<'a>],
@@ -61,8 +61,8 @@ impl<'a> ClosedContact<'a> {
 }
 
 impl Window<'_> {
-    /// Passes a window with series of P terms to an observer, with the force of its mesh: the sum over its closed
-    /// contacts before index `springs`.
+    /// Passes a window with series of P terms to an observer, with the force of its mesh: the sum over the closed
+    /// contacts whose index is below `springs`.
     pub(super) fn show<const P: usize, O: Observer>(&self, springs: usize, observer: &mut O) {
         let mut sum = [0.0; P];
         let of_mesh = self
@@ -122,7 +122,7 @@ pub trait Observer {
     /// Whether the observer reads the deflections of open contacts.
     const LINES: bool = false;
 
-    /// Whether the observer reads the blocks' states at the starts of windows; called before every window.
+    /// Whether the observer reads the blocks' states at the start of the next window. A kernel may ignore this.
     fn states(&self) -> bool {
         true
     }
@@ -133,7 +133,7 @@ pub trait Observer {
     /// Called at an event.
     fn event(&mut self, _event: &Event) {}
 
-    /// Whether the integration ends here; called before every window.
+    /// Whether the integration ends here; called at least once per mesh cycle, by most kernels before every window.
     fn is_interrupted(&self) -> bool {
         false
     }

@@ -126,6 +126,6 @@ pub fn megabytes(bytes: usize) -> f64 {
 pub struct TableSize {
     /// Linear systems that have tables.
     pub systems: usize,
-    /// Their size \[bytes\].
+    /// Size of all tables \[bytes\].
     pub bytes: usize,
 }

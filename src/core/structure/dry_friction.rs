@@ -5,11 +5,11 @@ use super::{ContactLaw, FrictionPart, ModalStructure, SliderPart, StructureConta
 /// The law of an element of dry friction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionLaw {
-    /// F of sliding friction \[N\], \[N m\].
+    /// Force F of sliding friction \[N\], for a rotation \[N m\].
     pub force: f64,
-    /// F_s of static friction \[N\], \[N m\], at least F.
+    /// Largest force F_s of static friction, at least F \[N\], for a rotation \[N m\].
     pub static_force: f64,
-    /// Speed of the surface along the line \[m/s\], \[rad/s\].
+    /// Speed u of the surface along the line \[m/s\], for a rotation \[rad/s\].
     pub belt_speed: f64,
 }
 

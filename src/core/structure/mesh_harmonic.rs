@@ -6,7 +6,7 @@
 pub struct MeshHarmonic {
     /// Number of periods in `cycles` cycles of the mesh, ≥ 1.
     pub harmonic: u32,
-    /// 1 if `harmonic` is a multiple of the mesh frequency; the teeth of a gear if it is an order of its shaft.
+    /// 1 for a multiple of the mesh frequency; the number of teeth of a gear for an order of this gear's shaft.
     pub cycles: u32,
     /// Amplitude \[m\].
     pub amplitude: f64,

@@ -12,11 +12,12 @@ pub const MOST_RATIO_CYCLES: u32 = 10_000;
 /// Largest number of mesh cycles after which all contacts repeat: tables take some megabytes per hundred cycles.
 pub const MOST_BASE_CYCLES: usize = 10_000;
 
-/// Matrix entries below this fraction of the largest entry are round-off.
+/// A row of a coupling matrix adds a direction only if its new part exceeds this fraction of the largest entry
+/// of the matrix. A smaller part is round-off.
 const COUPLING_NOISE: f64 = 1e-12;
 
-/// The participations of a contact in the rigid rotations add a direction only if their new part exceeds this
-/// fraction of its largest participation. A smaller part is round-off.
+/// The participations of a further contact in the rigid rotations add a direction only if their new part exceeds
+/// this fraction of the contact's largest participation. A smaller part is round-off.
 const ROTATION_NOISE: f64 = 1e-10;
 
 /// The requested number of modes is too large or too small.
@@ -33,7 +34,7 @@ pub struct ModeCount {
 
 /// A linear structure in mass-normalised modal coordinates, as seen by the gear mesh.
 ///
-/// Every vector has one entry per mode, in ascending frequency. Mode `i` obeys
+/// Vectors of numbers have one entry per mode, in ascending order of frequency. Mode `i` obeys
 /// `q'' + 2 ζ ω q' + ω² q = torque·F₀ − mesh·F + …` with `F₀` the static and `F` the
 /// actual mesh force \[N\]; `q` is in m √kg. A [`Coupling`] adds its terms
 /// `(C + Ω G) q' + K_c q` of all modes on the left, with the pinion's speed Ω.
@@ -70,13 +71,13 @@ pub struct ModalStructure {
     /// Static flexibility of the omitted modes, `Σ mesh²/ω²` \[m/N\]; 0 if no mode is omitted, or without
     /// modal-truncation augmentation.
     pub residual_flexibility: f64,
-    /// Static tilt of the flanks by the omitted modes, `[Σ w w₁/ω² \[rad/N\], Σ w₁²/ω² \[rad/(N m)\]]` with the
-    /// participations w and w₁ of deflection and tilt: of the drive flanks, the coast flanks, then of each of
-    /// `contacts`. Empty for none.
+    /// Static tilt of the flanks by the omitted modes, `[Σ w w₁/ω², Σ w₁²/ω²]` \[rad/N, rad/(N m)\], with the
+    /// participations w and w₁ of deflection and tilt. One entry for the drive flanks, one for the coast flanks, then
+    /// one for each of `contacts`. Empty if no mode is omitted.
     #[serde(skip)]
     pub tilt_residuals: Vec<[f64; 2]>,
-    /// Mass of the mesh along the line of action \[kg\]; `None` for `1/Σ mesh²` over the rigid modes, or over all modes
-    /// if no rigid one deflects the mesh.
+    /// Mass of the mesh along the line of action \[kg\]. `None` stands for `1/Σ mesh²` over the rigid modes, or over
+    /// all modes if no rigid one deflects the mesh.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mesh_mass: Option<f64>,
     /// Participations of the coast flanks, with the sign of the drive flanks': their deflection grows
@@ -102,7 +103,7 @@ pub struct ModalStructure {
     /// Loads that vary with time.
     pub harmonic_loads: Vec<HarmonicLoad>,
     /// Names of the meshes, the first mesh first; empty with a single mesh. The flanks of the other meshes
-    /// are the first contacts, two per mesh.
+    /// are the first entries of `contacts`, two per mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub meshes: Vec<String>,
     /// Names of the shafts besides those of the first mesh, each with `[p, q]`: p revolutions in q mesh
@@ -280,13 +281,13 @@ pub struct ContactLaw {
     /// Stiffness k over its cycle: for each piece the phase at its end, and the Legendre coefficients of k on
     /// it \[N/m\].
     pub stiffness: Vec<(f64, [f64; 8])>,
-    /// Direction Λ₀ \[1\] and lever Λ₁ \[m\] of friction over each of these pieces; empty without friction.
+    /// Direction Λ₀ \[1\] and lever Λ₁ \[m\] of friction over each piece of `stiffness`; empty without friction.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub friction: Vec<[f64; 2]>,
-    /// Load centroid z_c over each of these pieces \[m\]; empty for mid-face.
+    /// Load centroid z_c over each piece of `stiffness` \[m\]; empty for mid-face.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub centres: Vec<f64>,
-    /// Error of the loaded flanks over each of these pieces, added to the gap: Legendre coefficients \[m\];
+    /// Error of the loaded flanks over each piece of `stiffness`, added to the gap: Legendre coefficients \[m\];
     /// empty for none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub lacking: Vec<[f64; 8]>,
@@ -296,13 +297,13 @@ pub struct ContactLaw {
     pub phase: f64,
     /// Harmonics of its error e; phases count from phase 0 of its cycle.
     pub error: Vec<MeshHarmonic>,
-    /// Its part of a dry slider; `None` for an ordinary contact.
+    /// The state of a dry slider that the contact represents; `None` for other contacts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub slider: Option<SliderPart>,
-    /// Its part of a rigid stop; `None` for an ordinary contact.
+    /// The part of a rigid stop that the contact represents; `None` for other contacts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stop: Option<StopPart>,
-    /// Its part of an element of dry friction; `None` for an ordinary contact.
+    /// The state of an element of dry friction that the contact represents; `None` for other contacts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dry_friction: Option<FrictionPart>,
 }
@@ -527,8 +528,8 @@ impl ModalStructure {
         }
     }
 
-    /// Participations of deflection and tilt at the drive flanks, the coast flanks and every other contact; empty
-    /// columns for none.
+    /// Participations of deflection and tilt at the drive flanks, the coast flanks and every other contact. Unknown
+    /// columns are empty.
     pub fn tilt_columns(&self) -> impl Iterator<Item = [&[f64]; 2]> {
         let coast = self.coast.as_ref();
         let coast = coast.map_or([&[][..]; 2], |flank| [&flank.mesh[..], &flank.tilt]);
@@ -624,8 +625,8 @@ impl ModalStructure {
     ///
     /// With `mta` (modal-truncation augmentation), the static flexibility of the omitted modes at the mesh,
     /// `Σ mesh²/ω²` \[m/N\], is added to the residual flexibility. Without `mta` the residual flexibility is
-    /// zero. In both cases the bearing forces keep the static share of the omitted modes
-    /// ([`OmittedModeForces`]). The coupling of the omitted modes to the retained modes and to each other is
+    /// zero. In both cases the bearing forces ([`OmittedModeForces`]) and the tilt of the flanks keep the static
+    /// share of the omitted modes. The coupling of the omitted modes to the retained modes and to each other is
     /// omitted.
     ///
     /// # Errors
@@ -715,7 +716,7 @@ impl ModalStructure {
 }
 
 /// Appends the part of a row that is orthogonal to all `units`, normalised, if its length exceeds `noise`.
-/// Returns whether it does.
+/// Returns whether it appended a row.
 fn widen(units: &mut Vec<Vec<f64>>, row: &[f64], noise: f64) -> bool {
     let mut rest = row.to_vec();
     // A second pass removes the round-off of the first.

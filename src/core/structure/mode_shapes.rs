@@ -1,6 +1,6 @@
-//! Which displacements of the parts of a structure belong to its modes?
+//! Which displacements of the freedoms of a structure belong to its modes?
 
-/// Shapes of the modes in the freedoms of a structure's parts. They relate the modes of two structures.
+/// Shapes of the modes in the freedoms from which a structure was assembled. They relate the modes of two structures.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModeShapes {
     /// Inertia of each freedom \[kg or kg m²\].

@@ -1,7 +1,8 @@
 //! Which forces do the omitted modes exert on the bearings, if they follow their loads statically?
 
 /// Static force on a bearing \[N\] per unit of each load of a structure, from the omitted modes:
-/// `Σ gain f/ω²` with the modal force f of the load. A force of a flank acts with a minus sign.
+/// `Σ gain f/ω²` with the modal force f of the load. The f of a contact force has the reversed sign, as
+/// [`StructureContact::force`](super::StructureContact::force).
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize)]
 pub struct OmittedModeForces {
     /// Per unit force on the drive flanks. The four entries are the share at mid-face without friction \[1\],
@@ -10,7 +11,7 @@ pub struct OmittedModeForces {
     pub drive: [f64; 4],
     /// Per unit force on the coast flanks.
     pub coast: [f64; 4],
-    /// Per unit force on every further contact.
+    /// Per unit force on every further contact, with the entries of `drive`.
     pub contacts: Vec<[f64; 4]>,
     /// Per unit of [`ModalStructure::torque`](super::ModalStructure::torque).
     pub torque: f64,

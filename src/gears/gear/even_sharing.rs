@@ -1,7 +1,7 @@
 //! How do pairs slide over the mesh cycle if those in contact share the load evenly?
 //!
-//! At mesh phase φ the pairs of a spur gear are at `s = (φ + j − π) p_b` from the pitch point, with integer j
-//! and `0 ≤ φ + j < ε`. At phase 0 a pair enters at the start of the path, π cycles before it passes the
+//! At mesh phase φ the pairs of a spur gear are at `s = (φ + j − φ_p) p_b` from the pitch point, with integer j
+//! and `0 ≤ φ + j < ε`. At phase 0 a pair enters at the start of the path, φ_p cycles before it passes the
 //! pitch point. Each of n pairs carries 1/n. So `Λ₀ = −Σ sign(s)/n` is piecewise constant, with steps where a
 //! pair enters, leaves or passes the pitch point. `Λ₁ = −Σ |s|/n` is linear in between
 //! ([`friction_direction`]). Over a cycle the mean of `−Λ₁ (1/r_b1 + 1/r_b2)` is Ohlendorf's (1958) loss
@@ -19,13 +19,13 @@ const LONGEST_STRETCH: f64 = 1.0 / 24.0;
 /// Ends closer than this \[cycles\] coincide.
 pub(super) const SAME_END: f64 = 1e-9;
 
-/// Nodes of the rule for means: exact where Λ is linear, accurate to round-off on such short stretches elsewhere.
+/// Nodes of the rule for means: exact where Λ is linear, elsewhere accurate to round-off up to [`LONGEST_STRETCH`].
 const RULE: usize = 8;
 
 /// The pairs of a drawing, described by their times of contact in mesh cycles.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct EvenSharing {
-    /// From the first touch of a pair, at mid-face, to the pitch point: π = g_f/p_bt.
+    /// From the first touch of a pair, at mid-face, to the pitch point: φ_p = g_f/p_bt.
     pub pitch_phase: f64,
     /// From the first to the last touch, at one position of the face: the transverse contact ratio ε ≥ 1.
     pub contact_ratio: f64,
@@ -84,7 +84,8 @@ impl EvenSharing {
         friction_direction(&places, &lengths)
     }
 
-    /// Ends of the stretches with a constant direction, in order, 1 last. No stretch is shorter than `least_distance`.
+    /// Ends of the stretches over which friction may be averaged, in order, 1 last: with a constant direction for spur
+    /// gears, and at most 1/24 of a cycle long for helical gears. No stretch is shorter than `least_distance`.
     pub fn direction_breaks(&self, least_distance: f64) -> Vec<f64> {
         self.ends_at(
             &[0.0, self.pitch_phase, self.contact_ratio],
@@ -93,8 +94,8 @@ impl EvenSharing {
         )
     }
 
-    /// Phases at which pairs enter or leave, mapped by `moved`. On helical faces further cuts at equal
-    /// distances follow, between which the load may count as linear.
+    /// Phases at which pairs enter or leave, mapped by `moved`, in order, 1 last. Helical faces have further
+    /// cuts at equal distances, between which the load may count as linear.
     pub(super) fn contact_breaks(&self, moved: impl Fn(f64) -> f64) -> Vec<f64> {
         self.ends_at(&[0.0, self.contact_ratio], SAME_END, moved)
     }

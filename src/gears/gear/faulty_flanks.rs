@@ -1,4 +1,4 @@
-//! The flanks of one mesh cycle in which some teeth differ: every pair has the faults of its own teeth.
+//! The flanks of one mesh cycle in which some teeth differ: every pair has the faults of its two teeth.
 //!
 //! The pair of tooth n first touches at the start of mesh cycle n, at the start of the path of contact. In mesh cycle c
 //! the pair at s therefore belongs to the tooth
@@ -39,7 +39,7 @@ impl<L: FlankLaw> FaultyFlanks<'_, L> {
         self.teeth.faults.iter().filter(move |fault| {
             let tooth = match self.flank {
                 0 => i64::from(fault.tooth),
-                // A tooth of the wheel meets the pinion tooth before the one that drives it.
+                // On coast flanks tooth n of the wheel meets tooth n − 1 of the pinion.
                 _ => fault.gear as i64 - i64::from(fault.tooth),
             };
             (number - tooth).rem_euclid(i64::from(self.teeth.teeth[fault.gear])) == 0

@@ -1,5 +1,6 @@
 //! The gear pair of tests. The unit tests use this module, and the tests of the whole program (`tests/common`) compile
-//! the same file. The file names its types through `super`: the gears here, and the re-exports of the program there.
+//! the same file. `super` is the module `gear` in unit tests, and a module with re-exports of the program in the
+//! others.
 
 use super::{GearPair, ToothForm};
 

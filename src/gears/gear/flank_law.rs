@@ -31,8 +31,8 @@ pub trait FlankLaw: Sync {
     fn compliance(&self, s: f64) -> PairCompliance;
 
     /// Displacement of the gear bodies at the pair at s, under a unit line load on the pair `ahead` base pitches
-    /// further \[m²/N\]. Both are in contact; exchanging them gives the same value. 0 if every pair has a separate
-    /// body.
+    /// further \[m²/N\]. Exchanging the two pairs gives the same value. 0 if the pairs are not coupled, which is the
+    /// default.
     fn coupling(&self, _s: f64, _ahead: usize) -> f64 {
         0.0
     }
@@ -59,7 +59,7 @@ pub trait FlankLaw: Sync {
         [hertz * line_load, hertz]
     }
 
-    /// Positions inside the path where compliance or relief has a kink \[m\].
+    /// Positions on the line of action where compliance or relief has a kink \[m\], in any order.
     fn kinks(&self) -> Vec<f64> {
         Vec::new()
     }
@@ -75,7 +75,7 @@ macro_rules! forward {
 }
 pub(super) use forward;
 
-/// A law with a linear contact, whose compliance is the secant of another law at a line load.
+/// A law with a linear contact. Its contact compliance is the secant of the contact of another law at a line load.
 #[derive(Debug, Clone, Copy)]
 pub struct SecantContact<'a, L> {
     /// The law.
@@ -192,7 +192,7 @@ impl FlankLaw for Flanks {
         [approach, approach / line_load - slope]
     }
 
-    /// Starts of reliefs, ends of the path, and the ends of virtual teeth if they lie before those of the path.
+    /// Starts of reliefs, ends of the path, and positions on the path at which virtual teeth end.
     fn kinks(&self) -> Vec<f64> {
         let (path, [cos, _]) = (self.path(), self.base_helix);
         let mut kinks = [self.relief_starts(), vec![path.start, path.end]].concat();

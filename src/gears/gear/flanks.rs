@@ -1,6 +1,6 @@
 //! The flanks of a pair in mesh: checked geometry, path of contact, backlash, relief and sliding. All are in the
-//! transverse section, in which helical gears equal spur gears. So are the compliances; those of inclined teeth are
-//! in [`FlankLaw`](super::FlankLaw).
+//! transverse section, in which helical gears equal spur gears. [`FlankLaw`](super::FlankLaw) has the compliances of
+//! inclined teeth.
 //!
 //! Positions s \[m\] lie on the line of action, 0 at the pitch point, growing in the sense of
 //! running with the pinion driving: contact begins at the wheel's tip (s < 0) and ends at the
@@ -46,8 +46,7 @@ impl PathOfContact {
         (self.end - self.start) / self.base_pitch
     }
 
-    /// Lowest and highest point of the pinion's flank at which a single pair is in contact
-    /// \[m\]; `None` from a contact ratio of 2.
+    /// First and last position at which a single pair is in contact \[m\]; `None` from a contact ratio of 2.
     pub fn single_pair(&self) -> Option<[f64; 2]> {
         let [lowest, highest] = [self.end - self.base_pitch, self.start + self.base_pitch];
         (lowest < highest).then_some([lowest, highest])
@@ -107,7 +106,8 @@ impl Flanks {
     /// # Errors
     ///
     /// [`GearError`]: undercut where the mate would touch, pointed tips, interference, contact ratio below 1, negative
-    /// backlash, tips in the mate's root, and invalid lengths or moduli. For a ring also [`InternalPair::check`].
+    /// backlash, tips in the mate's root, missing or too large bores, points off the flanks, and invalid lengths or
+    /// moduli. For a ring also [`InternalPair::check`].
     pub fn new(pair: &GearPair) -> Result<Self, GearError> {
         check_values(pair)?;
         if pair.form.ring.is_some() {
@@ -299,7 +299,7 @@ impl Flanks {
         } else {
             return 0.0;
         };
-        // Every edge within the reach is above a flank.
+        // Every edge within the reach is above a flank, so the gap is finite except by rounding at the ends.
         gap.unwrap_or(f64::INFINITY)
     }
 

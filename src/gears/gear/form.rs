@@ -98,7 +98,7 @@ impl ToothForm {
         self.has_curved_lead() || self.lead.iter().any(|lead| lead.slope != 0.0)
     }
 
-    /// Whether the missing material varies nonlinearly along the lead.
+    /// Whether the missing material may vary nonlinearly along the lead; leads through points always count.
     pub fn has_curved_lead(&self) -> bool {
         self.lead.iter().any(|lead| lead.crowning != 0.0)
             || self.end_relief.iter().any(|relief| relief.amount != 0.0)
@@ -135,9 +135,9 @@ impl Default for ToothForm {
 /// Lengths by which a gear's face extends beyond the common face, on which flanks touch \[m\]; by default 0.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct FaceOverhang {
-    /// Beyond its end of negative z.
+    /// Beyond the end of the common face at negative z.
     pub before: f64,
-    /// Beyond its end of positive z.
+    /// Beyond the end of the common face at positive z.
     pub behind: f64,
 }
 
@@ -153,13 +153,13 @@ impl FaceOverhang {
     }
 }
 
-/// Construction of a gear body between shaft and teeth; by default one solid piece as long as the body that
-/// does not stiffen its shaft.
+/// Construction of a gear body between shaft and teeth. By default the body is solid, with its full length down to
+/// the shaft, and does not stiffen its shaft.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct BodyShape {
     /// The hub; `None` if the shaft bends as if it were alone.
     pub hub: Option<Hub>,
-    /// The web; `None` if the body is as thick as it is long.
+    /// The web; `None` if the body has its full length down to the hub or the shaft.
     pub web: Option<Web>,
 }
 

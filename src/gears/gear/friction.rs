@@ -19,8 +19,8 @@
 /// Effect of friction per unit of coefficient and mesh force.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrictionDirection {
-    /// Net direction Λ₀ on the drive flanks, in \[−1, 1\] for spur gears; +1 if the pinion slides along
-    /// +t, as it does before the pitch point. For helical gears ±1/cos β_b replaces ±1.
+    /// Net direction Λ₀ on the drive flanks: +1 if the pinion slides along +t under the whole load, as it does before
+    /// the pitch point. For helical gears callers scale the shares or the result by 1/cos β_b.
     pub direction: f64,
     /// First moment Λ₁ of the direction about the pitch point \[m\], ≤ 0.
     pub lever: f64,

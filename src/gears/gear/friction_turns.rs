@@ -5,8 +5,9 @@ use super::even_sharing::SAME_END;
 use crate::model::Division;
 
 impl EvenSharing {
-    /// Cuts the divisions of a mesh where the friction of these pairs reverses or steps, and gives each part its mean
-    /// friction. The mean is exact for the direction of spur pairs, and for the moment of friction over each stretch.
+    /// Cuts the divisions of a mesh where the friction of these pairs reverses or steps. Each part has the mean
+    /// friction of its stretch between two such phases. For spur pairs the direction is constant there, so its mean is
+    /// exact.
     pub fn cut(&self, mesh: &[Division]) -> Vec<Division> {
         let stretches = self.direction_breaks(SAME_END);
         let starts = || std::iter::once(&0.0).chain(&stretches);
@@ -107,7 +108,7 @@ pub(super) mod tests {
         };
         let segments = pitch.cut(&segments);
         assert_eq!(segments.len(), 61);
-        // Equal segments between two cuts have the same direction, so they merge.
+        // Equal segments between two cuts have the same friction, so only three different values are left.
         let mut different: Vec<[f64; 2]> =
             segments.iter().map(|segment| segment.friction).collect();
         different.dedup();

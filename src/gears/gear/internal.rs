@@ -22,7 +22,7 @@ pub struct InternalPair {
     pub module: f64,
     /// Pressure angle \[rad\].
     pub pressure_angle: f64,
-    /// Profile shift coefficients x in these modules \[1\]; for the ring positive towards the axis.
+    /// Profile shift coefficients x in units of `module` \[1\]; for the ring positive towards the axis.
     pub profile_shift: [f64; 2],
     /// Tip radii \[m\]; that of the ring is its inner radius.
     pub tip_radius: [f64; 2],
@@ -178,7 +178,7 @@ impl InternalPair {
         Ok(path / (PI * self.module * self.pressure_angle.cos()))
     }
 
-    /// Mesh phase in \[0, ½) at which a tooth of the driving gear, or the middle of a space, is on the line of centres:
+    /// Mesh phase in \[0, ½) at which a tooth of the inner gear, or the middle of a space, is on the line of centres:
     /// as [`GearPair::symmetry`](super::GearPair::symmetry).
     ///
     /// # Errors
@@ -187,8 +187,8 @@ impl InternalPair {
         Ok(self.tooth_phase()?.rem_euclid(0.5))
     }
 
-    /// Mesh phase in \[0, 1) at which a tooth of the driving gear is on the line of centres. The path of
-    /// contact starts at the ring's tip.
+    /// Mesh phase in \[0, 1) at which a tooth of the inner gear is on the line of centres. The inner gear drives,
+    /// so the path of contact starts at the ring's tip.
     ///
     /// # Errors
     /// As [`Self::operating_pressure_angle`].

@@ -10,8 +10,8 @@
 //! \[m/s\] and ρ the relative radius of curvature \[mm\]. The radius is `ρ/cos β_b` across the lines of contact of
 //! helical flanks, which also carry F/b: `F/cos β_b` on `b/cos β_b`. η is the dynamic viscosity \[mPa s\] of the oil at
 //! its temperature, Ra the mean roughness of both flanks \[µm\] and X_L the factor of the type of oil. The formula is a
-//! fit to loaded gears in an FZG rig. As in the report, lower line loads count as 150 N/mm, and higher pitch line
-//! speeds as 50 m/s.
+//! fit to loaded gears in an FZG rig. As in ISO/TR 14179-2, line loads below 150 N/mm count as 150 N/mm, and pitch line
+//! speeds v_t above 50 m/s as 50 m/s.
 
 use super::{GearError, GearPair};
 

@@ -64,7 +64,7 @@ pub struct SpringPiece {
     pub stiffness: [f64; NODES],
     /// Legendre series of its gap \[m\].
     pub gap: [f64; NODES],
-    /// Mean direction of friction Λ₀ \[1\] and its mean lever Λ₁ \[m\] per unit of its force.
+    /// Mean direction of friction Λ₀ \[1\] and its mean lever Λ₁ \[m\] per unit of the spring's force.
     pub friction: [f64; 2],
 }
 
@@ -220,8 +220,8 @@ fn check_piece(
         }
         return Ok(FitResult::Cut(0.5 * (low + high), f64::INFINITY));
     }
-    // Pairs that come into contact together may differ in order but have the same total stiffness. Spring by
-    // spring, only checks with the order of the nodes can be compared.
+    // Pairs that come into contact together may do so in another order, with the same total stiffness. A check can
+    // be compared spring by spring only if its pairs have the order of those at the nodes.
     checks.retain(|check| check.order().eq(nodes[0].order()));
     let count = nodes[0].springs.len();
     let through = |value: &dyn Fn(&PhaseSprings) -> f64| -> [f64; NODES] {

@@ -39,8 +39,8 @@ impl TiltCompliance {
         }
     }
 
-    /// The compliance of a flank of a structure, by its number in [`ModalStructure::tilt_columns`]: its elastic modes,
-    /// and the modes that it omits.
+    /// The compliance of a flank of a structure, by its number in [`ModalStructure::tilt_columns`]: the sum over the
+    /// elastic modes of the structure and its omitted modes.
     pub fn of_flank(structure: &ModalStructure, flank: usize) -> Self {
         let columns = structure.tilt_columns().nth(flank);
         let [mesh, tilt] = columns.unwrap_or([&[]; 2]);
@@ -107,7 +107,7 @@ pub struct MisalignmentStep {
 pub enum MisalignmentEnding {
     /// The last step meets the tolerance.
     Converged,
-    /// The limit was reached first; the last step is the latest, not the best.
+    /// The limit was reached first. The last step need not have the smallest residual.
     LimitReached,
     /// The last step's centroid or residual is not finite.
     NotFinite,
@@ -123,20 +123,20 @@ pub struct MisalignmentReport {
 }
 
 impl MisalignmentReport {
-    /// The last trial misalignment \[rad\]: the solution if the search converged.
+    /// The last trial misalignment \[rad\]: the solution if the search converged. `None` without steps.
     pub fn misalignment(&self) -> Option<f64> {
         self.steps.last().map(|step| step.misalignment)
     }
 }
 
-/// The misalignment under load, starting from that without load, `unloaded` \[rad\].
+/// Searches the misalignment under load. The first trial value is the misalignment without load, `unloaded` \[rad\].
 ///
 /// * `centre`: load centroid at a misalignment \[m\], averaged over the mesh cycle, under the
 ///   same mean mesh force `force` \[N\].
 ///
-/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension), clamped to (0, 1\], the range for a
-/// rising `ε − ε₀ − θ`. The signs of the residuals give a bracket. Its middle replaces a step outside the bracket, so
-/// that the search does not oscillate on very soft shafts.
+/// Relaxation follows Irons & Tuck 1969 (Aitken's Δ², the secant in one dimension) within (0, 1\], the range for a
+/// rising `ε − ε₀ − θ`: a larger value counts as 1, a value that is not positive is ignored. The signs of the residuals
+/// give a bracket. Its middle replaces a step outside the bracket: the search does not oscillate on very soft shafts.
 pub fn loaded_misalignment(
     unloaded: f64,
     force: f64,

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! are the relative radius of curvature across the line of contact and its length (spur gears: β_b = 0). On helical
-//! flanks the film is thinner than their distance x along the line of action by `cos β_b`. Its force along this line is
-//! smaller by the same factor: `F = C √cos β_b x^(−3/2) (−x')`. Only one pair of teeth has a film.
+//! flanks at the distance x along the line of action the film has the thickness `x cos β_b`. The component of its force
+//! along this line is `F = C √cos β_b x^(−3/2) (−x')`. Only one pair of teeth has a film.
 
 use super::{GearError, GearPair};
 use crate::model::Film;

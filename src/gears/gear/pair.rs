@@ -53,7 +53,7 @@ impl GearPair {
         if self.form.ring.is_some() { -1.0 } else { 1.0 }
     }
 
-    /// The centre distance of the drawing, negative for a ring \[m\].
+    /// The centre distance of the drawing, negative for a ring \[m\]; `None` if the drawing does not state it.
     fn given_centre_distance(&self) -> Option<f64> {
         let given = self.form.centre_distance;
         given.map(|distance| self.wheel_sign() * distance)

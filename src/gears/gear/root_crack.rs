@@ -1,10 +1,10 @@
 //! How much more does a tooth bend if its root has a crack?
 //!
 //! The crack starts at the critical section of ISO 6336-3, where the tangent of the fillet makes 30° with the centre
-//! line of the tooth. The crack runs across this section, of chord h, through the whole face b. A force F along the
-//! line of action has the angle α to the section and crosses the centre line above it. The force bends the section with
-//! the moment `F ℓ`, `ℓ = r_b − y cos α` (y: radius of the section). A crack of depth a = s h adds the rotation C F ℓ
-//! and the deflection C F ℓ²,
+//! line of the tooth. The crack lies in this section, of chord h, over the whole face width b. A force F along the
+//! line of action has the angle α to the section and crosses the centre line above the section. It bends the section
+//! with the moment `F ℓ`, `ℓ = r_b − y cos α` (y: radius of the section). A crack of depth a = s h adds the rotation
+//! C F ℓ and the deflection C F ℓ²,
 //!
 //! ```text
 //! C = 72π/(E' b h²) ∫₀ˢ x Y²(x) dx,    E' = E/(1 − ν²) in plane strain,
@@ -76,8 +76,8 @@ impl RootCrack {
         })
     }
 
-    /// Deflection along the line of action per force there \[m/N\], at a time after the pair's first touch at mid-face
-    /// \[mesh cycles\].
+    /// Deflection along the line of action per force along this line \[m/N\], at a time after the pair's first touch at
+    /// mid-face \[mesh cycles\].
     pub fn at(&self, since: f64) -> f64 {
         let lever = self.base_radius - self.section * (self.angle[0] + self.angle[1] * since).cos();
         self.compliance * lever * lever

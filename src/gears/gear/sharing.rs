@@ -48,10 +48,10 @@ pub struct SharedLoad {
     pub deflection: f64,
     /// Tangent stiffness dF/dx \[N/m\].
     pub stiffness: f64,
-    /// Centroid of the load across the face, from mid-face \[m\].
+    /// Centroid of the load across the face, from mid-face \[m\]; 0 without load.
     pub centre: f64,
-    /// Share of each pair in the load; they sum to 1. On a helical face the first share is that of the pairs that
-    /// entered last, each at its position on the face. The next shares are those of the pairs that entered before.
+    /// Share of each pair in the load. Shares sum to 1, or are all 0 without load. On a helical face the first share is
+    /// that of the pairs that entered last at each position of the face, the second that of the pairs before them.
     pub share: [f64; MOST_PAIRS],
     /// Loaded part of the lines of contact of all pairs on the path of contact. On a helical face lines off the path
     /// count if they carry load.
@@ -67,7 +67,7 @@ pub(super) struct PairSpring {
     pub stiffness: f64,
     /// Approach at which it comes into contact, at the middle of the slice \[m\].
     pub gap: f64,
-    /// Share of each pair in the load of this spring; they sum to 1. A share may be negative: a new pair takes
+    /// Share of each pair in the load of this spring. Shares sum to 1, and may be negative: a new pair takes
     /// load from its neighbours.
     pub share: [f64; MOST_PAIRS],
 }
@@ -77,7 +77,7 @@ pub(super) struct PairSpring {
 pub struct LoadSharing {
     face: Face,
     pairs: usize,
-    /// One ramp per pair and slice.
+    /// One ramp per pair and slice; with coupled slices only that of the pair that touches first on each slice.
     ramps: Vec<ContactRamp>,
     /// The slices of a helical face; empty for a spur face, whose slices are equal.
     spans: Vec<FaceSlice>,
@@ -85,12 +85,13 @@ pub struct LoadSharing {
     knots: Vec<f64>,
     /// Whether each pair is on the path of contact.
     on_path: [bool; MOST_PAIRS],
-    /// Whether the gap of every pair is constant along its face.
+    /// Whether the gap of every pair is constant along the face, without misalignment.
     even: bool,
     /// Line load of each pair minus the smallest line load at which a contact is linearised \[N/m\]; may be
     /// negative. For a linear contact, any positive value.
     line_load_excess: [f64; MOST_PAIRS],
-    /// The same pairs with elastically coupled slices, if gaps vary along the face.
+    /// The same pairs with elastically coupled slices. `None` if no gap varies along the face, misalignment included,
+    /// or if the law does not couple slices.
     coupled: Option<Coupled>,
 }
 
@@ -128,7 +129,7 @@ impl LoadSharing {
         Self::of_joining(pairs, face, misalignment, pairs.len())
     }
 
-    /// The first `joining` pairs that come into contact, on independent slices.
+    /// The first `joining` pairs that come into contact on each of the independent slices.
     fn of_joining(
         pairs: &[ContactPair],
         face: Face,
@@ -156,7 +157,7 @@ impl LoadSharing {
         })
     }
 
-    /// Distribution of a force ≥ 0 \[N\]. Without force: where the flanks first touch.
+    /// Distribution of a force ≥ 0 \[N\]. Without force the deflection is the approach at which flanks first touch.
     pub fn distribute(&self, force: f64) -> SharedLoad {
         self.distribute_with_lengths(force).0
     }
@@ -282,7 +283,7 @@ impl LoadSharing {
         })
     }
 
-    /// Line load under a force \[N/m\], pair by pair the mean on each slice.
+    /// Mean line load on each slice under a force \[N/m\], pair by pair.
     pub fn pattern(&self, force: f64) -> Vec<f64> {
         if let Some(coupled) = self.coupled.as_ref().filter(|_| force > 0.0) {
             let slice = self.face.width / self.face.slices as f64;

@@ -57,7 +57,7 @@ impl GearPair {
     }
 
     /// Mesh phase in \[0, 1) at which a tooth of the pinion is on the line of centres:
-    /// `(g_f + s_w cos α_w/2)/p_b`.
+    /// `(g_f + s_w cos α_w/2)/p_b` modulo 1.
     ///
     /// At mesh phase 0 a pair enters at the start of the path (helical gears: at mid-face). Its pinion flank passes the
     /// pitch point after the distance g_f. The middle of the tooth is `s_w/2` behind it on the pitch circle.
@@ -72,7 +72,7 @@ impl GearPair {
     }
 
     /// Mesh phase in \[0, ½) at which a tooth of the pinion ([`Self::tooth_phase`]), or the middle of a space half a
-    /// cycle later, is on the line of centres. At these phases the pinion is its mirror image, and contact
+    /// cycle later, is on the line of centres. At these phases the pinion is symmetric about this line, and contact
     /// on its coast flanks is the image of contact on its drive flanks:
     /// `k_coast(symmetry + φ) = k_drive(symmetry − φ)`. On helical gears the image of a position on the
     /// face is at the same distance from mid-face on the other side.

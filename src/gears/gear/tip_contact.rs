@@ -13,9 +13,9 @@
 //! ```
 //!
 //! Seen from the mate's centre and turned by π, the string of the mate's involute through P leaves at the polar angle
-//! `γ' = ϑ − β` with `cos β = r_b'/ρ` and the polar coordinates (ρ, ϑ) of P there. While the gears turn by `du/r_b`,
-//! the edge approaches along that string by its distance from the tip's centre, `a cos γ' − r_b'`, and the mate recedes
-//! by `du`: the gap along the line of action is
+//! `γ' = ϑ − β`, `cos β = r_b'/ρ`, with the polar coordinates (ρ, ϑ) of P in that frame. While the gears turn by
+//! `du/r_b`, the edge approaches along that string by its distance from the tip's centre, `a cos γ' − r_b'`, and the
+//! mate recedes by `du`: the gap along the line of action is
 //!
 //! ```text
 //! ∫ (a/r_b) (cos α_w − cos γ') du
@@ -120,8 +120,8 @@ mod tests {
         [base * (cos - roll * sin), base * (sin + roll * cos)]
     }
 
-    /// Distance from the tip edge to the mate's flank, by search along the flank, over the speed of
-    /// approach: the flank moves along its normal with r_b' per unit of rotation.
+    /// Compares the gap along the line of action with the distance from the tip edge to the mate's flank, found by
+    /// search along the flank.
     #[test]
     fn the_gap_is_the_distance_to_the_flank_on_small_ways() {
         for tip in tips([20, 30], [0.0; 2], None)
@@ -154,7 +154,7 @@ mod tests {
                 let nearest = distance(0.5 * (low + high));
                 let gap = tip.gap(beyond).unwrap();
                 assert!(gap > 0.0);
-                // Both grow with the square of the distance from the end of the path. They differ by its
+                // Gap and distance grow with the square of `beyond`. They differ by a term that grows with its
                 // cube.
                 assert!(
                     (gap / nearest - 1.0).abs() < 0.02,

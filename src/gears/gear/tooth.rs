@@ -39,7 +39,7 @@ pub struct Tooth {
     pub root_radius: f64,
     /// Radius at which fillet and involute meet; for undercut teeth, at which they cross.
     pub form_radius: f64,
-    /// Roll angle there, the tangent of the pressure angle.
+    /// Roll angle at the form radius, the tangent of the pressure angle there.
     pub form_roll: f64,
     /// The undercut, if the rack cuts off the root of the involute.
     pub undercut: Option<Undercut>,
@@ -100,12 +100,12 @@ pub struct ProfilePoint {
 }
 
 impl Tooth {
-    /// The tooth of gear `index` (0 = pinion) of a pair in its transverse section, not pointed.
+    /// The tooth of gear `index` (0 = pinion) of a pair in the transverse section.
     ///
     /// # Errors
     ///
-    /// [`GearError::RackTip`], [`GearError::PointedTip`], [`GearError::TipBelowForm`], and those of
-    /// [`GearPair::tight_centre_distance`].
+    /// [`GearError::RackTip`], [`GearError::PointedTip`], [`GearError::TipBelowForm`], for a ring
+    /// [`GearError::RingTip`] and [`GearError::RingSpace`], and those of [`GearPair::tight_centre_distance`].
     pub fn new(pair: &GearPair, index: usize) -> Result<Self, GearError> {
         check_rack(pair)?;
         let tip_radius = Self::tip_radius_of(pair, index)?;
@@ -120,8 +120,8 @@ impl Tooth {
         Ok(tooth)
     }
 
-    /// The tooth of a spur gear cut by the rack of pair `pair`, with any real number
-    /// of teeth, up to a tip radius \[m\]; both are negative for a ring.
+    /// The tooth of a spur gear cut by the rack of pair `pair`, with any real number of teeth, up to a tip
+    /// radius \[m\]. For a ring the number of teeth and the radius are negative, and no rack cuts the tooth.
     ///
     /// # Errors
     ///
@@ -199,8 +199,8 @@ impl Tooth {
 
     /// The tooth of a ring, as [`Self::cut`].
     ///
-    /// The centre of an arc of radius ρ lies on the normal of the involute at the roll angle t and `R_f − ρ` from the
-    /// axis: `r_b t = ρ + √((R_f − ρ)² − r_b²)`.
+    /// The centre of an arc of radius ρ lies on the normal of the involute at the roll angle t, at the distance
+    /// `r_f − ρ` from the axis: `r_b t = ρ + √((r_f − ρ)² − r_b²)`, with positive radii.
     fn of_ring(
         pair: &GearPair,
         index: usize,

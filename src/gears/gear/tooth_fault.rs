@@ -20,7 +20,7 @@ use crate::numerics::integers::least_multiple;
 use serde::Serialize;
 
 /// Approximate number of cycles after which the middle of a pinion tooth passes the line of centres, counted from the
-/// passage of its drive flank at the pitch point. This is half the tooth's thickness, which is nearly half a pitch.
+/// passage of its drive flank at the pitch point: half the thickness of the tooth, which is about half a pitch thick.
 const HALF_TOOTH: f64 = 0.25;
 
 /// A tooth that differs from the others.
@@ -61,7 +61,7 @@ pub struct FaultyTeeth {
     pub symmetry: f64,
 }
 
-/// Order of time on a flank: forwards on drive flanks, mirrored about the time `twice / 2` \[cycles\] on
+/// Direction of time on a flank: forwards on drive flanks, mirrored about the time `twice / 2` \[cycles\] on
 /// coast flanks.
 #[derive(Debug, Clone, Copy)]
 enum FlankOrder {
@@ -79,20 +79,20 @@ impl FaultyTeeth {
         of_faults.fold(1, least_multiple)
     }
 
-    /// The cycles of drive flanks, from the cycle of flanks with equal teeth.
+    /// The divisions of each base cycle on the drive flanks, from the divisions of a cycle with equal teeth.
     pub fn on_drive(&self, sound: &[Division]) -> Vec<Vec<Division>> {
         self.cycles(sound, FlankOrder::Drive)
     }
 
-    /// The cycles of coast flanks. They mirror the drive flanks about the phase at which tooth 0 of the pinion is on
-    /// the line of centres.
+    /// As [`Self::on_drive`], on the coast flanks. They mirror the drive flanks about the time at which tooth 0 of the
+    /// pinion is on the line of centres.
     pub fn on_coast(&self, sound: &[Division]) -> Vec<Vec<Division>> {
         let twice = self.coast_turn();
         self.cycles(sound, FlankOrder::Coast { twice })
     }
 
-    /// Twice the time about which coast flanks mirror drive flanks \[cycles\]: tooth 0 of the pinion is on the line of
-    /// centres.
+    /// Twice the time about which coast flanks mirror drive flanks \[cycles\]. At that time tooth 0 of the pinion is on
+    /// the line of centres.
     pub fn coast_turn(&self) -> f64 {
         let centred = self.pairs.pitch_phase + HALF_TOOTH;
         let twice = 2.0 * self.symmetry;
@@ -129,14 +129,14 @@ impl FaultyTeeth {
             let number = f64::from(fault.tooth);
             let (since, flank) = match course {
                 FlankOrder::Drive => (time - number, 0),
-                // On the coast flank a tooth of the wheel meets the pinion tooth before the one that drives it.
+                // On coast flanks tooth n of the wheel meets tooth n − 1 of the pinion.
                 FlankOrder::Coast { twice } => (twice + number - fault.gear as f64 - time, 1),
             };
             let since = self.pairs.within_turn(since, self.teeth[fault.gear]);
             let share = self.pairs.share(since);
             missing += share * fault.missing[flank];
             let added = fault.added_compliance(flank, since, share * mean);
-            // Pairs in contact touch at least one cycle apart.
+            // The first touches of different pairs are at least one cycle apart.
             match pairs.iter_mut().find(|pair| (pair[0] - since).abs() < 0.5) {
                 Some(pair) => pair[2] += added,
                 None => pairs.push([since, share, added]),
@@ -248,8 +248,8 @@ mod tests {
                 lost.sum::<f64>()
             })
             .sum();
-        // Each pair carries one cycle's load in total; one tooth meets 7 times, the other 5. Once both meet: their pair is
-        // left with 1/(1 + 2 (1/0.6 − 1)) = 3/7 of its stiffness.
+        // Each pair carries one cycle's load in total. The pinion's faulty tooth is in contact 7 times, that of the
+        // wheel 5 times, once with each other. Their pair is left with 1/(1 + 2 (1/0.6 − 1)) = 3/7 of its stiffness.
         assert!(
             (lost / (0.4 * 10.0 + 4.0 / 7.0) - 1.0).abs() < 1e-3,
             "{lost}"

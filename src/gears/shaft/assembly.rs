@@ -66,7 +66,7 @@ enum FreedomKind {
 #[derive(Debug, Clone, Default)]
 pub struct Assembly {
     bonds: Vec<FreedomKind>,
-    /// Sums of `(row, column, value)` over all freedoms.
+    /// Entries `(row, column, value)` over all freedoms. Entries at the same position are summed.
     mass: Vec<(usize, usize, f64)>,
     stiffness: Vec<(usize, usize, f64)>,
     coupling: coupling::Entries,
@@ -164,7 +164,7 @@ impl Assembly {
     }
 
     /// Adds springs between two nodes, one stiffness per freedom in the order of [`Freedom`]
-    /// \[N/m, N m/rad\]; each acts between the same freedoms of both.
+    /// \[N/m, N m/rad\]; each acts between the same freedoms of both nodes.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
@@ -187,7 +187,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds a rigid disc to a node.
+    /// Adds a rigid disc to a node, with its gyroscopic moments if [`Assembly::turn`] gives a speed.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`], [`GearError::Negative`](crate::gear::GearError).
@@ -210,7 +210,7 @@ impl Assembly {
         Ok(())
     }
 
-    /// Adds an inertia about the axis alone \[kg m²\], such as a motor behind a coupling. It
+    /// Adds an inertia that acts only about the axis \[kg m²\], such as a motor behind a coupling. It
     /// does not tilt with the shaft, so it has no gyroscopic moment.
     ///
     /// # Errors

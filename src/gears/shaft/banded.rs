@@ -102,7 +102,7 @@ impl Banded {
         out
     }
 
-    /// `A = L D Lᵀ` without pivoting; `None` if a pivot is zero or NaN.
+    /// `A = L D Lᵀ` without pivoting; `None` if a pivot is zero or not finite.
     pub fn factor(&self) -> Option<Factor> {
         let (band, width) = (self.band, self.band + 1);
         let mut lower = self.rows.clone();

@@ -25,7 +25,7 @@ use crate::gear::{GearPair, Hub};
 pub(super) struct GearBody {
     /// The hub, which thickens the shaft.
     pub hub: Option<Hub>,
-    /// The rigid part outside the hub.
+    /// The rigid part: outside the hub, or without a hub the whole body.
     pub rigid: Disc,
     /// The whole body outside the shaft, hub included.
     pub whole: Disc,

@@ -41,7 +41,8 @@ impl Disc {
         })
     }
 
-    /// An annulus between two diameters, the outer one first \[m\], with a web of its thickness inside the rim.
+    /// A body between two diameters, the outer one first \[m\]: a rim of `length` around the web, or without a web an
+    /// annulus of `length`.
     ///
     /// # Errors
     /// As [`Self::annulus`].

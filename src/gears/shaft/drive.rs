@@ -145,7 +145,7 @@ impl Motion {
         matches!(self, Self::All | Self::Translation | Self::Rotation)
     }
 
-    /// The freedoms that are fixed at every node, besides the rotation.
+    /// The freedoms that are fixed at every node, without the rotation about the axis.
     pub(super) fn fixed_freedoms(self) -> &'static [Freedom] {
         match self {
             Self::All | Self::Lateral => &[],
@@ -210,7 +210,7 @@ impl Support {
     }
 }
 
-/// Checks that apply to every drive.
+/// Checks for every drive of two shafts. Bearings must hold the free motions `motion`.
 pub(super) fn check(
     gears: &GearPair,
     shafts: &[Shaft; 2],

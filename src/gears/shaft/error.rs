@@ -138,7 +138,7 @@ pub enum ShaftError {
         row: usize,
         /// Column, from 0.
         column: usize,
-        /// The entry there and the one above the diagonal.
+        /// The entry at this position and its mirror image above the diagonal.
         entries: [f64; 2],
     },
     /// The mass matrix is not positive definite.
@@ -194,7 +194,7 @@ pub enum ShaftError {
         /// Number of eigenvalues that are zero within round-off.
         found: usize,
     },
-    /// More (or fewer) modes were requested than are available.
+    /// The number of requested modes is below the least or above the available number.
     #[error(transparent)]
     ModeCount(#[from] ModeCount),
     /// A damping override whose mode is not elastic.

@@ -95,7 +95,7 @@ impl Modes {
                 eigenvalue: estimate[0],
             });
         }
-        // The shift makes K + σM definite, and is not larger than the first elastic ω² requires.
+        // The shift makes K + σM definite: the first elastic ω², or more if round-off requires it.
         let shift = estimate[rigid.min(size - 1)].max(2.0 * dense_error);
         let pencil = Pencil::Dense(mass, stiffness);
         let refined = if shift > 0.0 {

@@ -41,7 +41,7 @@ const SLICES: usize = 30;
 /// c of a steel roller of 1 m \[N/m^{10/9}\]; the units of the standard cancel to 10⁶.
 const ROLLER_COEFFICIENT: f64 = 35_948e6;
 
-/// Largest ratio of the axes of a contact ellipse that the solution for ball and groove considers.
+/// Upper end of the search for the ratio of axes of the contact ellipse of ball and groove.
 const LONGEST_ELLIPSE: f64 = 1e4;
 
 /// A rolling bearing by its catalogue data.

@@ -140,7 +140,7 @@ pub struct TrainGear {
     pub at: f64,
     /// Number of teeth.
     pub teeth: u32,
-    /// Whether they point towards the axis, as those of a ring.
+    /// Whether the teeth point towards the axis, as those of a ring.
     pub internal: bool,
     /// Module in the normal section \[m\].
     pub module: f64,
@@ -311,7 +311,7 @@ impl TrainDrive {
         Ok(assembled.assembly.free_freedoms())
     }
 
-    /// The drawing of the first mesh on its shafts; `None` for bevel gears.
+    /// The drawing of the first mesh on its shafts; `None` for bevel gears, or if the gears cannot mesh there.
     pub fn spur_pair(&self) -> Option<GearPair> {
         let parallel = self.parallel_placement(self.gears).ok()?;
         parallel.map(|_| self.on_shafts(&self.pair, self.gears))
@@ -370,7 +370,7 @@ impl TrainDrive {
             .count())
     }
 
-    /// The group of every body: bodies connected by contacts or couplings share one.
+    /// The group of every body: bodies connected by meshes, couplings or pins share one.
     fn connected(&self) -> Vec<usize> {
         let joined = self.couplings.iter().map(|coupling| coupling.shafts);
         let meshing = self
@@ -448,7 +448,7 @@ impl TrainShaft {
 }
 
 impl ShaftSection {
-    /// The section of a shaft at a position, the thicker one where two meet.
+    /// The section of a shaft at a position, the thicker one where two meet; `None` beyond the ends.
     pub fn at(sections: &[Self], at: f64) -> Option<&Self> {
         let mut end = 0.0;
         let near = 1e-9 * sections.iter().map(|section| section.length).sum::<f64>();

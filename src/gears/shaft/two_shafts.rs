@@ -71,7 +71,7 @@ impl TwoShafts<'_> {
         })
     }
 
-    /// The train of two shafts that do not bend.
+    /// The train of two shafts, with moduli of 0, as for shafts that do not bend.
     pub fn train(&self, shafts: [TrainShaft; 2]) -> TrainDrive {
         TrainDrive {
             shafts: shafts.into(),

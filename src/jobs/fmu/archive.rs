@@ -5,10 +5,10 @@ use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-/// Packs files into a ZIP archive. Each file has its path in the archive.
+/// The bytes of a ZIP archive of files, each with its path in the archive.
 ///
 /// # Errors
-/// [`FmuError::Archive`] if a file has more than 4 GB.
+/// [`FmuError::Archive`] if a file has more than 4 GB or two files have the same path.
 pub fn archive(files: &[(String, Vec<u8>)]) -> Result<Vec<u8>, FmuError> {
     let fault = |error: &dyn std::error::Error| FmuError::Archive(error.to_string());
     // Use the earliest date. The date of today would change the bytes every day.

@@ -101,7 +101,7 @@ impl Description {
     /// The variables for a point of a job; `structure` is the structure of the point.
     ///
     /// # Errors
-    /// No torque can act on one of its shafts, or two variables would have one name.
+    /// The structure has no participation of a torque on one of the two shafts, or two variables would have one name.
     pub fn new(job: &Job, point: &PointSpec, structure: &ModalStructure) -> Result<Self, FmuError> {
         let mut all = vec![Variable::new("time", "Time", Dimension::Time, Role::Time)];
         let parameters = parameters(job, point, &mut all);

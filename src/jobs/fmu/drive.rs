@@ -24,7 +24,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// The drive of a point of a job. `tables` stores its tables.
+    /// The drive of a point of a job. `tables` stores its mesh tables.
     ///
     /// # Errors
     /// The structure cannot be computed, or torques cannot act on it.
@@ -114,7 +114,7 @@ fn in_temporary_pool<T: Send>(work: impl FnOnce() -> T + Send) -> T {
         Err(_) => Ok(work()),
     };
     for thread in threads {
-        // `work` reports a panic in a thread.
+        // `done` already holds a panic of `work`.
         _ = thread.join();
     }
     done.unwrap_or_else(|panic| resume_unwind(panic))

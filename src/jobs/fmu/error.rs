@@ -39,7 +39,7 @@ pub enum FmuError {
          to the ground on its rotation"
     )]
     Held,
-    /// The values of the parameters do not describe a drive.
+    /// The values of the parameters do not describe a drive, or the job has no point of the chosen number.
     #[error("these parameters do not describe a drive: {0}")]
     Parameters(String),
     /// Two variables would have the same name.

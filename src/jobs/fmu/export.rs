@@ -18,7 +18,7 @@ pub struct Platform {
 }
 
 impl Platform {
-    /// This machine; `None` if FMI 2.0 has no name for it.
+    /// The platform of this machine; `None` if no folder is known for its processor in this version of FMI.
     pub fn current(version: Version) -> Option<Self> {
         let (two, three) = match std::env::consts::ARCH {
             "x86_64" => ("linux64", "x86_64-linux"),
@@ -29,7 +29,7 @@ impl Platform {
         (!libraries.folder(version).is_empty()).then_some(libraries)
     }
 
-    /// The folder in the archive.
+    /// Name of the folder below `binaries`; empty if the version of FMI has none.
     fn folder(self, version: Version) -> &'static str {
         match version {
             Version::Two => self.two,

@@ -1,4 +1,4 @@
-//! The variable state of an FMU, and its form in bytes.
+//! The data of an FMU that change during a simulation, and their form in bytes.
 //!
 //! ```text
 //!   0  "atlasfmu"
@@ -110,7 +110,7 @@ impl Reader<'_> {
 }
 
 impl LiveState {
-    /// Copies another state, without allocation if both belong to one drive.
+    /// Copies another state, without allocation if both belong to one drive and have a motion.
     pub fn copy(&mut self, from: &Self) {
         self.parameters.clone_from(&from.parameters);
         match (&mut self.motion, &from.motion) {
@@ -258,7 +258,7 @@ mod tests {
                 .unwrap_err()
                 .contains("version 2")
         );
-        // More parameters than any number of bytes could hold.
+        // The announced number of parameters exceeds the bytes.
         let mut longer = live().bytes();
         longer[16..24].copy_from_slice(&u64::MAX.to_le_bytes());
         assert_eq!(

@@ -12,7 +12,7 @@ pub fn part(name: &str) -> String {
     }
 }
 
-/// The name of the variable for a key of the manifest. Both count the elements of lists from 0.
+/// The name of the variable for a key of the manifest. Keys and names count the elements of lists from 0.
 pub fn of_key(key: &str) -> String {
     let mut name = String::new();
     for piece in key.split('.') {

@@ -68,7 +68,7 @@ impl Plant {
             && motion.contact.iter().all(|contact| contact < contacts)
     }
 
-    /// Steps a state without allocation. A failed step does not change the state.
+    /// Steps a state by `length` \[s\] without allocation. A state without a motion, or a failed step, changes nothing.
     ///
     /// # Errors
     /// The drive comes to rest, its motion diverges, or more events fall in a mesh cycle than are allowed.
@@ -117,7 +117,7 @@ impl Plant {
         Ok(())
     }
 
-    /// The value of an output that is a number; `None` if the state has no motion yet.
+    /// The value of an output that is a real number, NaN for other roles; `None` if the state has no motion yet.
     pub fn value(&self, live: &LiveState, role: Role) -> Option<f64> {
         let motion = live.motion.as_ref()?;
         Some(self.sensors.value(self.kernel.model(), live, motion, role))
@@ -293,7 +293,7 @@ mod tests {
         );
     }
 
-    /// A gear pair takes its load as torques on both shafts. Names are unique, and start values come from the manifest.
+    /// A gear pair takes its load as torques on both shafts. Start values come from the manifest.
     #[test]
     fn variables_are_those_of_the_manifest() {
         let drive = drive();

@@ -13,10 +13,10 @@ use std::path::Path;
 /// Name of the file that lists all others.
 const LIST: &str = "drive.json";
 
-/// The manifest as it was written.
+/// Name of the file with the manifest as it was written.
 const MANIFEST: &str = "manifest.toml";
 
-/// Folder of tables.
+/// Name of the folder of mesh tables.
 pub const TABLES: &str = "tables";
 
 /// Size limit of a file that is read \[bytes\].
@@ -32,7 +32,7 @@ pub struct Choice {
     pub load: f64,
     /// Speed of the point \[rad/s\], which need not be in the grid.
     pub speed: f64,
-    /// Changed keys of the manifest, as typed.
+    /// Changes of keys of the manifest, `key=value`: those of the job, then the new path of every file that it names.
     pub changes: Vec<String>,
     /// Paths of all other files, below the folder of resources.
     files: Vec<String>,
@@ -57,7 +57,7 @@ fn unreadable(path: &Path, why: &dyn ToString) -> FmuError {
     }
 }
 
-/// Path in the FMU for the file that this key of the manifest names.
+/// Path below the resources of the file that this key of the manifest names.
 fn place(key: &str) -> String {
     let suffix = if key.ends_with(".file") { "toml" } else { "csv" };
     format!("files/{}.{suffix}", key.replace('"', ""))

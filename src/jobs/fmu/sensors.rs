@@ -18,7 +18,7 @@ use std::f64::consts::TAU;
 struct Shaft {
     /// Turns of the shaft per mesh cycle.
     turns: f64,
-    /// Vibration of its rotation and of its speed, per unit of both components of each block.
+    /// Vibration of the shaft's rotation and of its speed, per unit of both components of each block.
     gains: [Vec<[f64; 2]>; 2],
 }
 
@@ -28,7 +28,7 @@ pub struct Sensors {
     shafts: [Shaft; 2],
     /// Mesh cycles per radian of the pinion.
     cycles_per_radian: f64,
-    /// Force on every bearing per unit of each load term.
+    /// Force of the omitted modes on every bearing, per unit of each load term.
     on_bearings: Vec<[f64; LOAD_TERMS]>,
 }
 
@@ -51,7 +51,7 @@ impl Sensors {
         }
     }
 
-    /// The value of an output that is a number.
+    /// The value of an output that is a real number; NaN for other roles.
     pub fn value(&self, model: &Model, live: &LiveState, motion: &Motion, role: Role) -> f64 {
         let look = ModelView {
             model,
@@ -61,7 +61,6 @@ impl Sensors {
         match role {
             Role::Angle(shaft) => {
                 let Shaft { turns, gains } = &self.shafts[shaft];
-                // Cycle and phase are separate numbers, so that the phase keeps its digits in a long run.
                 let cycles = motion.cycle as f64 * turns;
                 TAU * (cycles + motion.phase * turns) + look.sum(&gains[0])
             }
@@ -139,7 +138,7 @@ pub fn contact(model: &Model, motion: &Motion, mesh: usize) -> i64 {
 }
 
 /// Whether any spring of the drive flank of the first mesh is closed, and whether any spring of its coast
-/// flank is. The springs of both flanks alternate.
+/// flank is. Contacts 0, 2, … are springs of the drive flank, contacts 1, 3, … springs of the coast flank.
 fn closed_flanks(model: &Model, closed: ActiveSet) -> [bool; 2] {
     if model.flank_springs == 2 {
         return closed.flanks().closed();

@@ -28,7 +28,7 @@ fn escaped(text: &str) -> String {
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
             '"' => out.push_str("&quot;"),
-            // XML has no form for control characters.
+            // XML 1.0 cannot represent most control characters.
             c if c.is_control() => out.push(' '),
             c => out.push(c),
         }
@@ -132,7 +132,7 @@ impl Description {
         out.push_str("</UnitDefinitions>\n");
     }
 
-    /// Writes the outputs and their dependencies.
+    /// Writes the lists of outputs, with their dependencies, and of initial unknowns.
     fn structure(&self, version: Version, out: &mut String) {
         // FMI 2.0 counts variables from 1; FMI 3.0 names value references.
         let (first, attribute) = match version {

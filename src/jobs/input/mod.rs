@@ -1,5 +1,5 @@
-//! Input from outside: opens only regular files of limited size, makes texts printable for a terminal, and writes
-//! errors with their causes.
+//! Input from outside: opens only regular files, reads at most a given number of bytes, makes texts printable for a
+//! terminal, and writes errors with their causes.
 
 mod causes;
 mod file;

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Whether a terminal shows the character instead of obeying it.
+/// Whether [`printable`] keeps the character: a terminal shows it, or it is a line feed or a tab.
 fn shows(c: char) -> bool {
     let turns =
         matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');

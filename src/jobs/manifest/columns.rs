@@ -106,7 +106,8 @@ pub(super) fn quantities(
     all_or_none(read)
 }
 
-/// Takes the only column whose name is one of `names`. Reports if there is none or more than one.
+/// Removes and returns the only column whose name is one of `names`. Otherwise reports a fault: at `span` if there is
+/// none, at the second one if there are several.
 pub(super) fn one_of(
     issues: &Issues,
     columns: &mut Vec<Quantities>,

@@ -5,16 +5,16 @@ use super::grid::GridAxis;
 use super::grid_dimension::GridDimension;
 use std::collections::{BTreeSet, HashMap};
 
-/// Largest number of dimensions whose ends are combined with one another to form corners. Further dimensions
-/// take the same end as the last of them.
+/// Largest number of dimensions whose ends are combined with one another to form corners. In a corner, further
+/// dimensions have the same end as the last combined one.
 const MOST_CORNERED: u32 = 8;
 
 /// The dimensions of the model keys of a grid.
 #[derive(Debug)]
 pub(super) struct Combinations {
-    /// Number of values along each dimension.
+    /// Number of positions along each dimension.
     pub lengths: Vec<usize>,
-    /// The dimension of each model key.
+    /// The index in `lengths` of the dimension of each model key.
     of_keys: Vec<usize>,
     /// The groups of equal positions of each dimension; `None` if no values repeat.
     alike: Vec<Option<EqualPlaces>>,

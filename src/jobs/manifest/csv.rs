@@ -4,7 +4,7 @@
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 
-/// Characters that may separate columns. The first that a header has separates those of its list.
+/// Characters that may separate columns. The first of these that occurs in the header separates the columns of a list.
 const SEPARATORS: [char; 3] = [',', ';', '\t'];
 
 /// Texts for messages about a list of points.
@@ -116,7 +116,7 @@ impl<'i> Reader<'i> {
         self.issues.push(diagnostic.label(label).remedy(remedy));
     }
 
-    /// The columns that a header line names, still without numbers.
+    /// The columns that a header line names, without numbers; `None` after a fault, which is reported.
     fn header(&mut self, start: usize, head: &str) -> Option<Vec<SheetColumn>> {
         let mut columns: Vec<SheetColumn> = Vec::new();
         for cell in cells(head, start, self.parting) {
@@ -143,8 +143,8 @@ impl<'i> Reader<'i> {
         Some(columns)
     }
 
-    /// Name of a column and its unit, in the last brackets: earlier ones and indices directly after the name belong to
-    /// the name, as in `harmonics[1] [um]` and `stiffness_matrix[1,2]`.
+    /// Name of a column and its unit. The unit is in the last brackets. Earlier brackets belong to the name, and so do
+    /// indices directly after it: `harmonics[1] [um]`, `stiffness_matrix[1,2]`. `None` if a bracket is not closed.
     fn name_and_unit<'t>(&mut self, cell: Cell<'t>) -> Option<(&'t str, Unit)> {
         let Some((name, rest)) = cell.text.rsplit_once('[') else {
             return Some((cell.text, None));
@@ -194,7 +194,7 @@ impl<'i> Reader<'i> {
         true
     }
 
-    /// Adds a number to its column.
+    /// Adds a number to its column, or reports that the cell is not a finite number.
     fn number(&mut self, cell: Cell<'_>, column: &mut SheetColumn) {
         let Cell { text, start } = cell;
         if let Some(number) = text.parse().ok().filter(|number: &f64| number.is_finite()) {

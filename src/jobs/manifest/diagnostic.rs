@@ -2,17 +2,17 @@
 //! [`ManifestErrors`](super::ManifestErrors) has all faults of a job. Some faults are warnings: the job runs, and
 //! [`Warnings`](super::Warnings) has them.
 //!
-//! The size of the diagnostics is limited for any text: the first faults are kept completely, the others are counted,
-//! and quotations of the text are clipped.
+//! The size of the diagnostics is limited for any text: the first faults are kept. Further errors are counted, and
+//! further warnings are dropped. Sentences are clipped.
 
 use crate::input::{clipped, printable};
 use std::cell::{Cell, Ref, RefCell};
 use strum::IntoStaticStr;
 
-/// Number of faults that are kept; further ones are counted.
+/// Largest number of faults that are kept. Further errors are counted, and further warnings are dropped.
 const MOST_KEPT: usize = 100;
 
-/// Number of warnings that are kept; further ones are dropped, so that there is always room for errors.
+/// Largest number of warnings that are kept, so that there is always room for errors.
 const MOST_WARNED: usize = MOST_KEPT / 2;
 
 /// Largest number of characters of a sentence; longer ones quote too much of the file.
@@ -46,7 +46,7 @@ impl Span {
     }
 }
 
-/// A file that was read: the manifest (first) or another file.
+/// A text that was read: the manifest (first), another file, or a key that a command changes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Source {
     /// Path or name for messages.
@@ -79,7 +79,7 @@ pub enum DiagnosticKind {
     Empty,
     /// A grid with more points than the program accepts.
     GridTooLarge,
-    /// A grid axis whose name is not a variable key.
+    /// A name that is not an axis of the grid, or not a key that an axis may vary.
     UnknownAxis,
     /// Inconsistent values.
     Inconsistent,
@@ -110,9 +110,9 @@ pub struct Diagnostic {
     pub kind: DiagnosticKind,
     /// Place.
     pub span: Span,
-    /// Line of its first byte, from 1; 0 if a file could not be read.
+    /// Line of its first byte, from 1; 0 if the file of its place could not be read.
     pub line: usize,
-    /// Column of its first byte in characters, from 1; 0 if a file could not be read.
+    /// Column of its first byte in characters, from 1; 0 if the file of its place could not be read.
     pub column: usize,
     /// The dotted key, `mesh.half_gap`; empty if the fault concerns no key.
     pub key: String,
@@ -126,7 +126,8 @@ pub struct Diagnostic {
     pub suggestion: Option<String>,
     /// Remedy.
     pub remedy: Option<String>,
-    /// The grid point at which it occurs; `None` if it occurs at every point.
+    /// The values of the model keys in the first combination that has the fault. `None` if all checked combinations
+    /// have it, or if it cannot depend on these values.
     pub at_point: Option<String>,
 }
 
@@ -206,7 +207,7 @@ impl Diagnostic {
     }
 }
 
-/// The faults found so far, and their files. All readers of a job share them.
+/// The faults found so far, and the files that were read. All readers of a job share them.
 #[derive(Debug, Default)]
 pub(super) struct Issues {
     pub sources: RefCell<Vec<Source>>,

@@ -1,4 +1,4 @@
-//! All errors of a manifest, or all warnings, in the order of the text, as readable text.
+//! The errors and warnings of a manifest, and their form as readable text.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Source};
 use super::excerpt::Excerpt;
@@ -10,14 +10,14 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-/// Number of faults in the readable text; programs get all that were kept.
+/// Largest number of faults in the readable text; programs get all faults that were kept.
 const MOST_SHOWN: usize = 20;
 
 /// All faults of a job, with at least one error.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{}", self.render(false))]
 pub struct ManifestErrors {
-    /// The files of the faults; the manifest first.
+    /// The files that were read, the manifest first.
     pub sources: Vec<Source>,
     /// The errors in the order of the text, then the warnings. Their number is limited.
     pub diagnostics: Vec<Diagnostic>,
@@ -39,19 +39,19 @@ impl ManifestErrors {
         self.diagnostics.iter().filter(|d| !d.kind.is_warning())
     }
 
-    /// Number of errors.
+    /// Number of errors, kept or not.
     pub fn count(&self) -> usize {
         self.errors().count() + self.more
     }
 
-    /// One line with their number and the manifest's name.
+    /// One line with the manifest's name and the number of errors.
     pub fn summary(&self) -> String {
         let count = plural(self.count(), "error");
         let name = name(&self.sources);
         format!("{name}: {count}; nothing was computed or written")
     }
 
-    /// The first faults as readable text, with ANSI colours for a terminal or without, and the number of further ones.
+    /// The first faults as readable text, with ANSI colours if `coloured`, and the number of further ones.
     pub fn render(&self, coloured: bool) -> String {
         render(&self.sources, &self.diagnostics, self.more, coloured)
     }
@@ -60,7 +60,7 @@ impl ManifestErrors {
 /// The warnings of a valid manifest; usually empty.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Warnings {
-    /// The files of the warnings, the manifest first; empty without warnings.
+    /// The files that were read, the manifest first; empty without warnings.
     pub sources: Vec<Source>,
     /// The warnings in the order of the text.
     pub diagnostics: Vec<Diagnostic>,
@@ -85,13 +85,13 @@ impl Warnings {
         self.diagnostics.is_empty()
     }
 
-    /// One line with their number and the manifest's name.
+    /// One line with the manifest's name and the number of warnings.
     pub fn summary(&self) -> String {
         let count = plural(self.diagnostics.len(), "warning");
         format!("{}: {count}", name(&self.sources))
     }
 
-    /// The first warnings as readable text, with ANSI colours for a terminal or without, and the number of further ones.
+    /// The first warnings as readable text, with ANSI colours if `coloured`, and the number of further ones.
     pub fn render(&self, coloured: bool) -> String {
         render(&self.sources, &self.diagnostics, 0, coloured)
     }

@@ -19,12 +19,12 @@ pub(super) struct Excerpt {
     text: String,
     line: usize,
     column: usize,
-    /// Range of the place in the line \[bytes\]. It ends with the line if the place continues on the next one.
+    /// Range of the place in `text` \[bytes\]. It ends with the shown part of the line if the place extends further.
     pub spot: Range<usize>,
 }
 
 impl Excerpt {
-    /// The first line of a fault's span.
+    /// The first line of a fault's span; a long line is cut to a window.
     pub fn of(source: &Source, diagnostic: &Diagnostic) -> Self {
         let (text, span) = (&source.text, diagnostic.span);
         let start = text.floor_char_boundary(span.start);

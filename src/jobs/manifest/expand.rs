@@ -39,7 +39,8 @@ type Faults = HashMap<(DiagnosticKind, Span, String), Occurrence>;
 /// tenth of a second.
 const MOST_NODES: usize = 500_000;
 
-/// Smallest and largest number of judged combinations if not all are judged. A longer manifest gets fewer.
+/// Smallest and largest number of combinations up to which all are judged. The number is smaller for a longer manifest.
+/// In a larger grid, as many evenly spaced combinations are judged, and the corners.
 const JUDGED: std::ops::RangeInclusive<usize> = 4..=10_000;
 
 /// Largest number of resolved combinations that are kept in addition to the judged ones. They take some
@@ -61,9 +62,9 @@ impl JudgedCombinations {
     }
 }
 
-/// Resolves the grid, the last model key fastest.
+/// Judges the combinations of the grid, the last model key fastest. Returns those without faults.
 ///
-/// Every fault is recorded once. It names the first combination that has it, unless all have it. Without
+/// Every fault is recorded once. It names the first combination that has it, unless all judged ones have it. Without
 /// `exhaustive` (the grid is too large), only the first combination is judged.
 pub(super) fn expand(
     tree: &mut Node,
@@ -105,7 +106,7 @@ pub(super) fn expand(
             continue;
         }
         let index = combinations.places(number);
-        // The limits of the list of faults act on each combination, then on all that differ.
+        // The number of faults is limited in each combination, and then over all combinations.
         let counted = issues.count();
         let earlier = (issues.found.take(), issues.more.take());
         let resolved = substitute(tree, &keys, &index, issues)
@@ -189,8 +190,8 @@ fn substitute(tree: &mut Node, keys: &[&GridAxis], index: &[usize], issues: &Iss
     fits
 }
 
-/// Records the faults found in a combination, except those that an earlier one already has, with the values of this
-/// combination.
+/// Records the faults found in a combination, except those that an earlier combination has. Faults in the manifest, or
+/// in a modal file that an axis changes, get the values of this combination.
 fn keep_new_faults(
     issues: &Issues,
     found: Vec<Diagnostic>,
@@ -230,7 +231,7 @@ fn keep_new_faults(
             combinations: 1,
         };
         issues.push(diagnostic);
-        // A full list has dropped or counted it.
+        // A full list drops a warning and counts an error.
         if issues.found.borrow().len() > occurrence.index {
             faults.insert(identity, occurrence);
         }

@@ -86,7 +86,7 @@ impl Expression {
 fn marked(text: &str) -> Result<String, String> {
     let mut out = String::with_capacity(text.len() + 8);
     let mut rest = text;
-    // For every open parenthesis, whether the last operator in it is a power.
+    // For the top level and every open parenthesis, whether the last operator there is a power.
     let mut has_power = vec![false];
     while let Some(first) = rest.chars().next() {
         let length = match first {

@@ -1,6 +1,6 @@
 //! The content hash of a job: BLAKE3 over one serialisation of the resolved values, including defaults.
-//! Comments, layout, order of keys, the unit in which a quantity is written, and the job's name do not
-//! matter. Everything that can change a result does.
+//! Comments, layout, order of keys and the job's name do not matter. The unit in which a quantity is written only
+//! matters in a grid with too many combinations to hash all. Everything that can change a result matters.
 
 use super::spec::{Axis, Carried};
 use super::tree::{Entry, Node, Value};
@@ -28,7 +28,7 @@ impl JobHash {
         self.0.finalize().to_hex().to_string()
     }
 
-    /// Adds the tree of a manifest, except job and grid, if some combinations were not resolved in advance.
+    /// Adds the tree of a manifest, except job and grid, if some combinations do not enter the hash.
     /// Equal quantities in different units then give different hashes. Layout and order of keys do not
     /// matter.
     pub fn in_part(&mut self, root: &Node) {
@@ -43,7 +43,7 @@ impl JobHash {
     pub fn add(&mut self, values: &impl Serialize) {
         match postcard::to_stdvec(values) {
             Ok(bytes) => self.0.update(&bytes),
-            // Only sequences of unknown length or faulty implementations cause this.
+            // Only sequences of unknown length or faulty implementations of `Serialize` cause an error.
             Err(error) => unreachable!("values of a manifest are plain: {error}"),
         };
     }

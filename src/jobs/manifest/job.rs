@@ -29,7 +29,7 @@ pub struct Job {
     /// effect.
     pub axes: Vec<Axis>,
     /// The dimensions of the axes, slowest first: tied axes share one. `point_id` counts row-major over these, unless
-    /// the state is carried along one.
+    /// the state is carried along one or the grid is refined.
     pub dimensions: Vec<GridDimension>,
     /// How the state is carried; `None` if each point starts from `run.initial`.
     pub carried: Option<Carried>,
@@ -70,8 +70,8 @@ impl Job {
     }
 
     /// The point with another value on the swept axis; the values of tied axes are interpolated. `None` if no
-    /// state is carried, or if the key cannot have the value (a whole number has no value between two
-    /// neighbours).
+    /// state is carried, if the axis has one value, or if a key cannot have its new value (a whole number has no
+    /// value between two neighbours).
     pub fn point_between(&self, point: &PointSpec, value: f64) -> Option<PointSpec> {
         let swept = self.carried.as_ref()?.axis;
         let mut between = point.clone();

@@ -82,7 +82,7 @@ impl From<SheetColumn> for MeasuredColumn {
     }
 }
 
-/// The two or three columns of a file; faults are recorded.
+/// The columns of a file; `None` if its text has faults. All faults are recorded, also those of returned columns.
 fn sheet(issues: &Issues, path: &Path) -> Option<Vec<SheetColumn>> {
     let source = text::read(issues, path, "the list of measured points");
     let named = (POINTS.path, "the measured points", &*path.to_string_lossy());

@@ -81,7 +81,7 @@ pub fn load(path: &Path) -> Result<Job, ManifestErrors> {
 }
 
 /// Reads a manifest file and changes some keys, each given as `KEY=VALUE`: the value is TOML, or a text without quotes.
-/// The job's hash is that of the manifest with these values.
+/// `KEY=` removes the key. The job's hash is that of the changed manifest.
 ///
 /// # Errors
 ///
@@ -182,7 +182,7 @@ fn resolve_manifest(
     let plain: Vec<&Axis> = counted.map(|axis| &axis.axis).collect();
     let mut hash = hash::JobHash::new(seed, &plain, axes.carried.as_ref());
     if axes.dimensions.iter().any(GridDimension::is_tied) {
-        // They show the axes that advance in step.
+        // The dimensions show which axes advance in step.
         hash.add(&axes.dimensions);
     }
     if let Some(refine) = &axes.refine {
@@ -298,8 +298,8 @@ fn drop_echoes(issues: &Issues) {
     diagnostics.retain(|d| d.kind != DiagnosticKind::MissingKey || !meant.contains(&d.key));
 }
 
-/// After a syntax error the tree is uncertain. Keeps syntax errors, and faults of values and names on the lines before
-/// the first of them. Keys that seem to be missing may only be unreadable.
+/// After a syntax error the tree is uncertain. Keeps syntax errors and duplicate keys, and faults of values and names
+/// on the lines of the manifest before byte `first`. Keys that seem to be missing may only be unreadable.
 fn keep_certain(issues: &Issues, source: usize, first: usize) {
     let text = issues.text(source);
     let line_start = text[..first.min(text.len())]

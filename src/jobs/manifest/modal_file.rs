@@ -1,5 +1,5 @@
-//! Modal files: a structure from any finite-element code, with one list per column and one entry per mode. Diagnostics
-//! are as for the manifest, but point into the modal file.
+//! Modal files: a structure from any finite-element code. A column is a list with one entry per mode. Diagnostics are
+//! those of the manifest, with places in the modal file.
 
 mod coast;
 mod contacts;
@@ -42,7 +42,7 @@ pub(super) fn load(
 }
 
 /// Adds the tree of the modal file that a manifest names to the tree of the manifest, so that its values can be
-/// changed.
+/// changed. A node that is not a table represents a file with faults.
 pub(super) fn attach(tree: &mut Node, issues: &Issues, context: &mut Context) {
     let text = |path: &str| tree.at(path).map(|node| (&node.value, node.span));
     let (Some((Value::Text(kind), _)), Some((Value::Text(file), span))) =
@@ -192,7 +192,7 @@ fn column(root: &Section, name: &str, modes: Option<usize>) -> Option<Vec<f64>> 
         .fail(root.issues)
 }
 
-/// A column that may be absent.
+/// A column that may be absent: `Some(None)` if it is, `None` if it is faulty.
 fn optional(root: &Section, name: &str, modes: Option<usize>) -> Option<Option<Vec<f64>>> {
     root.if_given(name, |root, name| column(root, name, modes))
 }
@@ -227,9 +227,9 @@ fn acts(root: &Section, name: &str, values: &[f64]) -> bool {
     false
 }
 
-/// Fraction of the highest frequency. A frequency below it is the round-off of a rigid rotation. A solver
-/// with stiffnesses exact to 1e-16 has frequencies exact to 1e-8 of its highest one; the file may omit that
-/// mode.
+/// Fraction of the highest frequency. A frequency below it is the round-off of a rigid rotation. A solver with
+/// stiffnesses exact to 1e-16 has frequencies exact to 1e-8 of its highest one. This fraction is larger, because the
+/// file may omit the solver's highest modes.
 const ROUND_OFF: f64 = 1e-5;
 
 /// Fraction of the highest frequency. A frequency below it can only be round-off: the error of a squared

@@ -21,7 +21,7 @@ const NAMED: [&str; 5] = [
     "bearing",
 ];
 
-/// The skew-symmetric matrix.
+/// Key of the skew-symmetric matrix.
 const SKEW: &str = "gyroscopic_matrix";
 
 /// A parsed name.
@@ -102,7 +102,7 @@ fn place(name: &str) -> Option<Place<'_>> {
     })
 }
 
-/// The keys and indices in a name, with indices from 0: `force` and `1` for `force[2]`.
+/// The keys and indices in a name, with indices from 0: `force` and `1` for `force[2]`; `None` for any other text.
 fn parts(text: &str) -> Option<Vec<String>> {
     let mut parts = Vec::new();
     for segment in text.split('.') {
@@ -189,7 +189,8 @@ pub(super) fn path(file: &Node, name: &str) -> Result<Vec<String>, MissingElemen
     Ok(path)
 }
 
-/// Sets the value of a key of the manifest or of a number of the modal file.
+/// Sets the value of a key of the manifest or of a number of the modal file. An axis value of a skew-symmetric matrix
+/// also sets the mirrored entry. Nothing changes if the modal file has faults.
 ///
 /// The error describes the element that does not exist, if the path names one.
 pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), MissingElement> {

@@ -16,7 +16,7 @@ const KEYS: [&str; 6] = [
 /// A file that a manifest names.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NamedFile {
-    /// The key that names it, dotted, with quotes around a part that has dots.
+    /// The dotted key that names the file, with quotes around the name of an axis.
     pub key: String,
     /// Path of the file, as written.
     pub path: String,

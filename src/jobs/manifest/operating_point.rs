@@ -6,8 +6,8 @@ use super::grid::GridAxis;
 use super::spec::{StiffnessSpec, Variant};
 use crate::gear::CycleDivision;
 
-/// Reports a torque on a drive without a rated torque, and a load of 0 on a mesh whose stiffness is computed
-/// at the mean load.
+/// Reports a torque on a drive without a rated torque, and a load or torque of 0 on a mesh whose stiffness is
+/// computed at the mean load.
 pub(super) fn check(axes: &[GridAxis], variants: &[Variant], issues: &Issues) {
     let load = |axis: &&GridAxis| matches!(axis.axis.key, AxisKey::Load | AxisKey::Torque);
     let Some(axis) = axes.iter().find(load) else {

@@ -1,5 +1,5 @@
-//! Parameters of a job: quantities on which its drives depend continuously. Computes points with values of
-//! them that the grid does not have.
+//! Parameters of a job: quantities on which its drives depend continuously. Computes points with parameter values
+//! that the grid does not have.
 
 use super::axis::AxisKey;
 use super::diagnostic::{Issues, Span};
@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 /// Tables whose keys describe the drive.
 const DRIVE_TABLES: [&str; 6] = ["model", "gear", "shafts", "train", "mesh", "excitation"];
 
-/// A key that a drive depends on continuously.
+/// A key, load, torque or speed, on which a drive depends continuously.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
     key: AxisKey,
@@ -25,7 +25,7 @@ pub struct Parameter {
 /// Why is a name not a parameter?
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ParameterError {
-    /// The key does not exist.
+    /// The key does not exist, or does not describe the drive.
     #[error(
         "`{name}` is not a parameter of the drive{}; name load, torque, speed, or a quantity of model, \
          gear, shafts, train, mesh or excitation, such as mesh.half_gap, or a number of the modal file, such as \
@@ -46,7 +46,7 @@ pub enum ParameterError {
         /// The accepted values.
         takes: String,
     },
-    /// The manifest does not set the value.
+    /// Neither the manifest nor a default sets the value.
     #[error("`{name}` has no value in the manifest to change; write it there first")]
     NoValue {
         /// The key.
@@ -75,7 +75,7 @@ impl Parameter {
         self.dimension.unit()
     }
 
-    /// The parameter of a name.
+    /// The parameter with this name. Contact damping counts as a ratio.
     ///
     /// # Errors
     /// [`ParameterError`].
@@ -140,7 +140,7 @@ fn nearest(name: &str) -> Option<String> {
 }
 
 impl PointResolver {
-    /// A parameter of the job. Contact damping has the dimension of its value in the manifest.
+    /// A parameter that has a value at `point`. Contact damping has the dimension of its value in the manifest.
     ///
     /// # Errors
     /// [`ParameterError`].
@@ -203,7 +203,8 @@ impl PointResolver {
         self.has_torque().then_some(point.load * rated)
     }
 
-    /// The values of axes given by expressions when some parameters change; unchanged ones are omitted.
+    /// The new values of the axes given by expressions that depend on changed parameters, except axes among these
+    /// parameters. The error is a sentence about an expression without a value.
     fn derived_of(
         &self,
         point: &PointSpec,

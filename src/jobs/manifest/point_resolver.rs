@@ -51,14 +51,14 @@ struct KeptPoint {
 }
 
 impl PointResolver {
-    /// `axes` has the model keys first, as [`expand`] requires.
+    /// `axes` has the model keys first, so that the index of a model key is also that of its axis.
     pub(super) fn new(
         mut tree: Node,
         axes: Vec<GridAxis>,
         dimensions: &[GridDimension],
         context: Context,
     ) -> Self {
-        // The tree now has the values of the axes. A point only needs the order from the grid.
+        // The tree now has the values of the axes. Of `[grid]`, a point only needs the order.
         tree.retain("grid", |key| matches!(key, "order" | "along"));
         let changed_modal_tree = modal_keys::detach(&mut tree);
         let file = || context.modal_files.values().flatten().next();

@@ -1,6 +1,6 @@
 //! Keys whose values a command changes: `mesh.half_gap=20 um`.
 //!
-//! Each change is a separate source, so that its faults are shown there. The key may be dotted; indices of list entries
+//! Each change is a separate source, so that messages quote it. The key may be dotted; indices of list entries
 //! start at 0. The value is TOML, or a text without quotes if it is not TOML. Without a value, the key or the element
 //! of a list is removed.
 
@@ -17,7 +17,7 @@ use toml::de::DeTable;
 pub(super) struct Changed {
     path: Vec<String>,
     key_span: Span,
-    /// The new value of a number of the modal file; `None` removes it.
+    /// For a number of the modal file, its new value, or `None` to remove it; `None` for other keys.
     of_file: Option<Node>,
 }
 
@@ -211,7 +211,7 @@ fn read(source: usize, text: &str, issues: &Issues) -> Option<(Changed, Option<N
     Some((changed, Some(node)))
 }
 
-/// The parts of a dotted key.
+/// The parts of a dotted key; `None` if the text is not a key.
 fn parts(key: &str) -> Option<Vec<String>> {
     let text = format!("{key}=0");
     let issues = Issues::default();

@@ -9,7 +9,8 @@ pub(super) const LENGTHS: [f64; 2] = [1e-4, 20.0];
 /// Factors between m, mm and um, the likeliest first.
 const FACTORS: [f64; 4] = [1e3, 1e-3, 1e6, 1e-6];
 
-/// A message about a length \[m\] outside the range of such parts, with the likely length; `None` inside the range.
+/// A message about a length \[m\] that is unusual for a `what`, with the length that was probably meant; `None` for a
+/// usual length.
 pub(super) fn of_length(metres: f64, what: &str, [least, most]: [f64; 2]) -> Option<String> {
     let fits = |length: &f64| (least..=most).contains(length);
     if fits(&metres) {

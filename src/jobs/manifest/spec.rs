@@ -171,7 +171,8 @@ impl ModelSpec {
         }
     }
 
-    /// Number of Lyapunov exponents: two per retained mode, except neutral rotations, and one per dry slider.
+    /// Number of Lyapunov exponents: two per retained mode that is no neutral rotation, those of the neutral rotations,
+    /// and one per dry slider.
     pub fn exponents(&self) -> usize {
         2 * (self.retained - self.neutral()) + self.neutral_exponents() + self.source.sliders()
     }
@@ -278,8 +279,8 @@ pub struct ExcitationSpec {
     pub transmission_error: Vec<MeshHarmonic>,
     /// Imposed error of the coast flanks; `None` if it equals that of the drive flanks.
     pub coast_transmission_error: Option<Vec<MeshHarmonic>>,
-    /// Number of harmonics that represent the error of loaded flanks from a mesh table; `None`: the law has the exact
-    /// error.
+    /// Number of harmonics that represent the error of loaded flanks from a mesh table; `None` if the mesh law contains
+    /// the exact error.
     pub table_harmonics: Option<u32>,
     /// Ripple on either shaft.
     pub torque_ripple: Vec<TorqueRipple>,

@@ -1,5 +1,5 @@
-//! Readable syntax errors. The parser continues after an error and so reports consequences of it. Only the first error
-//! of a line is kept, and none after an unclosed bracket.
+//! Readable syntax errors. The parser continues after an error and so reports consequences of it. Of a line, only the
+//! first error and all duplicate keys are kept. Nothing is kept after an unclosed bracket.
 
 use super::diagnostic::{Diagnostic, DiagnosticKind, Issues, Span};
 use toml::de::Error;

@@ -37,7 +37,7 @@ pub(super) fn or_report(
     })
 }
 
-/// Reads the file that a key names, and adds it to the sources; reports failures.
+/// Reads the file that a key names, and adds it to the sources. Returns its index there, or reports why it has none.
 pub(super) fn read_named(
     issues: &Issues,
     path: &Path,
@@ -52,7 +52,7 @@ pub(super) fn read_named(
     })
 }
 
-/// The index of a text, or the report of a file that cannot be read.
+/// The index of a text, or `None` after the report of a fault. `fault` describes a file that cannot be read.
 fn source_or_report(
     source: Result<usize, TextError>,
     issues: &Issues,

@@ -60,7 +60,7 @@ pub fn entries(count: usize) -> String {
 }
 
 impl Node {
-    /// The entry of a table; `None` in anything else.
+    /// The entry of a table; `None` if it is absent, or if the node is not a table.
     pub fn entry(&self, key: &str) -> Option<&Entry> {
         match &self.value {
             Value::Table(entries) => entries.iter().find(|entry| entry.key == key),
@@ -199,7 +199,7 @@ pub(super) struct MissingElement {
     pub near: Option<String>,
 }
 
-/// Parses a file already added to `issues`. Every syntax error is recorded; the tree has the readable part.
+/// Parses a file already added to `issues`. Records syntax errors; the tree has the readable part.
 pub(super) fn parse(source: usize, issues: &Issues) -> Node {
     let text = issues.text(source);
     let (table, errors) = match DeTable::parse(&text) {

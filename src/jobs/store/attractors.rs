@@ -1,7 +1,7 @@
 //! The columns of `attractors.parquet`.
 //!
-//! No column follows an attractor from point to point. Its branch depends on the neighbouring points, which a shard
-//! does not have. `report::branches` finds the branches from the whole table.
+//! No column follows an attractor from point to point. The branch of an attractor depends on neighbouring points, which
+//! a shard does not have. `report::branches` finds the branches from the whole table.
 
 use super::point_row::PointRow;
 use super::table::{Table, columns};
@@ -29,7 +29,7 @@ impl AttractorRow {
         }
     }
 
-    /// One coordinate of its strobe states on the slice; `None` without a slice.
+    /// One coordinate of the attractor's strobe states on the slice; `None` without a slice.
     fn place(&self, axis: usize) -> Option<&[f64]> {
         self.attractor.cells.map(|_| &*self.places[axis])
     }

@@ -1,5 +1,5 @@
-//! A result table in memory: read if it exists, and as Arrow record batches for other programs, with the
-//! metadata of its files.
+//! Reads a result table if it exists, and returns a table in memory as Arrow record batches for other programs,
+//! with the metadata of its files.
 
 use std::path::Path;
 use std::sync::Arc;

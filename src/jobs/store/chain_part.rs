@@ -1,4 +1,4 @@
-//! What does a point of a chain pass to its neighbours? The state is carried along a chain.
+//! What does a point of a chain pass to the next point?
 
 use crate::analysis::Class;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,7 @@ pub struct ChainPart {
 /// Mean and RMS of the deflection, which distinguish two motions of one class and period.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Level {
-    /// Mean deflection and its standard error, 0 if the motion repeats \[m\].
+    /// Mean deflection and its standard error \[m\]. The error is 0 if the motion repeats.
     pub mean: [f64; 2],
     /// RMS about the mean, and its standard error \[m\].
     pub rms: [f64; 2],
@@ -30,10 +30,10 @@ pub struct Level {
 /// not change a chain.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ChainEnd {
-    /// Rotated modal displacements, then velocities, at mesh phase 0. Coordinates of coupled modes would depend on the
-    /// point.
+    /// Modal displacements, then velocities, at mesh phase 0, with rigid modes rotated as in the basis of the model.
+    /// The states of the blocks would depend on the point if modes are coupled.
     pub state: Vec<f64>,
-    /// Mesh cycles since the start of the chain.
+    /// Mesh cycles since the start of the chain, or since the last point that started from `run.initial`.
     pub cycle: u64,
 }
 

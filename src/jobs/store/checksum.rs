@@ -62,7 +62,7 @@ impl<W: Write> Write for Hashed<W> {
 }
 
 /// The records of the tables of some results. While `--retry` replaces tables, a name occurs twice, and the
-/// file agrees with either record.
+/// file agrees with one of the two records.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct RecordedTables<'a> {
     pub folder: &'a Path,
@@ -70,7 +70,7 @@ pub(super) struct RecordedTables<'a> {
 }
 
 impl RecordedTables<'_> {
-    /// Whether a table of this path was written.
+    /// Whether a record lists a table of this path.
     pub(super) fn lists(&self, path: &Path) -> bool {
         self.of(path).next().is_some()
     }
@@ -93,7 +93,7 @@ impl RecordedTables<'_> {
     /// Opens a table after comparing all of it with its record.
     ///
     /// # Errors
-    /// [`StoreError::Damaged`] if it differs from its record; or it cannot be read.
+    /// [`StoreError::Damaged`] if it is missing, has no record or differs from it; or it cannot be read.
     pub(super) fn open(&self, path: &Path) -> Result<File, StoreError> {
         let damaged = |damage| StoreError::Damaged {
             path: path.to_path_buf(),
@@ -135,7 +135,7 @@ fn name_in(folder: &Path, path: &Path) -> String {
     name.to_string_lossy().into_owned()
 }
 
-/// BLAKE3 of a whole file, hexadecimal.
+/// BLAKE3 of a whole file, hexadecimal. The file is then at its start again.
 fn hash(mut file: &File) -> io::Result<String> {
     let mut hasher = blake3::Hasher::new();
     let mut buffer = vec![0; 1 << 17];

@@ -57,7 +57,7 @@ pub(super) struct CommandTables<'a> {
     record: &'static str,
     metadata: &'a [(&'a str, String)],
     tables: Vec<ClosedTable>,
-    /// Table of an earlier command that the new tables replace without a successor.
+    /// Table of an earlier command, of a kind that this command does not write. [`Self::finish`] removes it.
     superseded: Option<PathBuf>,
 }
 
@@ -96,9 +96,9 @@ impl<'a> CommandTables<'a> {
         self.superseded = Some(table_path(self.folder, kind, None));
     }
 
-    /// Gives the tables their final names and writes their record. All tables are complete: after an error of their
-    /// writer, for example on a full disk, this function is not called, and the tables of the earlier command remain.
-    /// The earlier record goes first, so no record exists while old and new tables are mixed.
+    /// Gives the tables their final names, and writes and returns their records. All tables are complete: after an
+    /// error in [`Self::write`], for example on a full disk, do not call this, so that the earlier tables remain.
+    /// It removes the earlier record first, so no record exists while old and new tables are mixed.
     pub(super) fn finish(self) -> Result<Vec<TableRecord>, StoreError> {
         remove(&self.folder.join(self.record))?;
         self.superseded.as_deref().map_or(Ok(()), remove)?;

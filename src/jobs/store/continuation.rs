@@ -23,8 +23,8 @@ pub struct BranchRow {
     pub branch: u32,
     /// Number of the orbit on its branch, from 0.
     pub index: u32,
-    /// Length of the branch up to the orbit \[1\]: the interval of the axis counts 1, and ten half gaps count
-    /// 1.
+    /// Length of the branch up to the orbit \[1\]: the interval of the axis counts 1, and a change of the orbit by ten
+    /// times its size counts 1.
     pub length: f64,
     /// Columns of the orbit.
     pub orbit: OrbitColumns,
@@ -86,7 +86,7 @@ pub struct BifurcationRow {
     pub kind: String,
     /// Interval of the followed axis that contains it, in SI.
     pub bracket: [f64; 2],
-    /// Real and imaginary part of the multiplier on the unit circle.
+    /// Real and imaginary part of the multiplier on the unit circle; `None` if there is none, as at an end.
     pub critical: Option<[f64; 2]>,
     /// Further details, in words.
     pub detail: String,
@@ -129,7 +129,8 @@ pub fn branch_rows<'a>(
     })
 }
 
-/// The rows of the bifurcations and of the two ends of the branch with this number.
+/// The rows of the bifurcations and of the two ends of the branch with this number. `origin` says in words where the
+/// branch starts.
 pub fn bifurcation_rows(
     number: u32,
     branch: &Branch,

@@ -68,7 +68,7 @@ fn writer(path: &Path) -> &'static str {
     }
 }
 
-/// The command that computes a damaged file again.
+/// The command or the option that computes a damaged file again.
 fn recompute_command(path: &Path) -> &'static str {
     match writer(path) {
         // `atlas follow` always replaces its tables.
@@ -93,7 +93,7 @@ pub enum StoreError {
         /// `a sharded` or `an unsharded`.
         found: &'static str,
     },
-    /// There is nothing at this path.
+    /// A results folder, or a file in it, does not exist.
     #[error(
         "no results in `{}`: {} does not exist; give a folder that `{}` wrote",
         folder.display(), missing.display(), writer(missing)
@@ -178,7 +178,7 @@ pub enum StoreError {
     OtherJob {
         /// The journal.
         path: PathBuf,
-        /// The hash in it.
+        /// The manifest hash in the journal.
         found: String,
         /// The hash of the present job.
         wanted: String,
@@ -231,7 +231,8 @@ pub enum StoreError {
 }
 
 impl StoreError {
-    /// Whether the contents of the folder are the reason, rather than the system. Nothing was changed then.
+    /// Whether the contents of the folder, or the axes of the job, are the reason rather than the system. Nothing was
+    /// changed then. False for files that are missing or of another format.
     pub fn is_refusal(&self) -> bool {
         matches!(
             self,
@@ -265,10 +266,10 @@ impl StoreError {
         Self::Missing { folder, missing }
     }
 
-    /// The result of reading; `None` if the file is missing.
+    /// The result of `read`; `None` if the file is missing.
     ///
     /// # Errors
-    /// Those of the result, except a missing file.
+    /// Those of `read`, except [`StoreError::Missing`].
     pub fn if_there<T>(read: Result<T, Self>) -> Result<Option<T>, Self> {
         match read {
             Err(Self::Missing { .. }) => Ok(None),

@@ -116,7 +116,7 @@ pub(super) struct TableWriter<R, W: Write + Send> {
     buffer: Vec<R>,
     /// Rows of the unfinished group.
     group_rows: usize,
-    /// Bytes of these rows.
+    /// Bytes of the rows of the unfinished group.
     group_bytes: usize,
     rows: u64,
     largest_buffer: usize,
@@ -329,8 +329,8 @@ pub(super) fn partial_file(folder: &Path, prefix: &str) -> io::Result<NamedTempF
         // The permissions that the user's umask allows, as for any other file.
         .permissions(Permissions::from_mode(0o666))
         .tempfile_in(folder)?;
-    // The lock only distinguishes files in use from stale ones. A file system without locks keeps both, which is
-    // harmless.
+    // The lock only distinguishes files in use from stale ones. On a file system without locks, stale files stay,
+    // which is harmless.
     _ = file.as_file().lock_shared();
     Ok(file)
 }

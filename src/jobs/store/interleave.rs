@@ -38,7 +38,7 @@ pub(super) struct Source<'a> {
 /// Calls `on_point` once for every point, in ascending order, with the index of its source and the number of its rows.
 ///
 /// # Errors
-/// A file cannot be read or written, is not such a table, has other columns than the first file, is not in ascending
+/// A file cannot be read or written, is not a result table, has other columns than the first file, is not in ascending
 /// order, or has rows of a point that another file also has; or an error of `on_point`.
 pub(super) fn interleave(
     sources: &[Source<'_>],
@@ -117,7 +117,8 @@ pub(super) fn interleave(
     ClosedTable::new(output.writer.inner(), output.rows, folder, &path, temporary)
 }
 
-/// The point of a source's next row. Rows picked from a batch are written before the next batch replaces it.
+/// The point of a source's next row; `None` after the last. Writes rows picked from a batch before the next batch
+/// replaces it.
 fn next_point(
     readers: &mut [SourceReader<'_>],
     index: usize,

@@ -147,7 +147,7 @@ impl Journal {
         Ok(metadata.len())
     }
 
-    /// Empties the file and writes its start, the magic and the header. Removes the file if they cannot be written.
+    /// Empties the file and writes its start, the magic and the header. Removes the file if the write fails.
     fn begin(mut self, start: &[u8]) -> Result<Self, StoreError> {
         let begun = self
             .cut(0)
@@ -180,8 +180,8 @@ impl Journal {
         Ok(reader)
     }
 
-    /// Passes the existing points to `take`, in the order in which they were finished, and cuts off damaged records.
-    /// Call this once, before anything is appended.
+    /// Passes the existing points to `take`, in the order of the file. Cuts off the first damaged record and all that
+    /// follows. Call this once, before anything is appended.
     ///
     /// # Errors
     /// The file cannot be read, or `take` refuses a point.
@@ -230,7 +230,7 @@ impl Journal {
     }
 
     /// Adds a finished point. It is safe from a crash of the program immediately, and from a power cut after the next
-    /// [`Journal::sync_if_due`].
+    /// [`Journal::sync`].
     ///
     /// # Errors
     /// The file cannot be written.

@@ -14,7 +14,7 @@ pub struct ResultLayout {
     pub axes: Vec<AxisColumn>,
     /// Names of tied axes, whose values change together, group by group.
     pub tied: Vec<Vec<String>>,
-    /// The tables that its analyses request.
+    /// The tables that the analyses of the job request.
     pub requested: Vec<TableKind>,
     /// The axis along which the state is carried, if any; `transitions.parquet` is written then.
     pub swept: Option<AxisColumn>,
@@ -26,6 +26,6 @@ pub struct ResultLayout {
     pub samples: Option<SampleColumns>,
     /// Names of the elements of lists, in order, for lists with the same names in all structures of the job.
     pub elements: Vec<(ListElement, Vec<String>)>,
-    /// The part of a split job.
+    /// The part of a split job; `None` for the whole job.
     pub shard: Option<Shard>,
 }

@@ -26,7 +26,7 @@ pub enum MeshFetchError {
 /// One quantity of a mesh table over misalignment, torque, piece and node.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshQuantity<'t> {
-    /// Name, as in `docs/notation.md`.
+    /// Name of the field of the table.
     pub name: &'static str,
     /// SI unit.
     pub unit: &'static str,

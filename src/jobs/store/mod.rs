@@ -1,10 +1,10 @@
 //! Result files: only this module turns results into columns.
 //!
-//! A job writes `points.parquet` and, if requested, `poincare.parquet`, `spectra.parquet`, `probes.parquet` with
-//! `attractors.parquet`, `basins.parquet`, `orbits.parquet`, `transitions.parquet` and `horizon.parquet`, then
-//! `run.json`. Files get their final name only when complete; until then a journal keeps the finished points. The
-//! shards of a split job are files `shard-i-of-n.parquet` in a *folder* of the table's name, which every Parquet reader
-//! accepts as one data set.
+//! A job writes `points.parquet` and, if requested, `poincare.parquet`, `spectra.parquet`, `orders.parquet`,
+//! `probes.parquet` with `attractors.parquet`, `basins.parquet`, `orbits.parquet`, `transitions.parquet` and
+//! `horizon.parquet`, then `run.json`. Files get their final name only when complete; until then a journal keeps the
+//! finished points. The shards of a split job are files `shard-i-of-n.parquet` in a *folder* of the table's name, which
+//! every Parquet reader accepts as one data set.
 //!
 //! A traced trajectory has a separate folder with `trace.parquet` and `events.parquet`, then `trace.json`. Followed
 //! orbits have `branches.parquet`, `bifurcations.parquet` and `curves.parquet`, then `follow.json`. A run-up has

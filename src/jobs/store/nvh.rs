@@ -30,8 +30,8 @@ impl PointRow {
     }
 }
 
-/// Columns as [`columns`] makes them, each with a column for the standard error, which is null if there are too few
-/// samples for an error bar. Columns with `@alone` have no standard error. An empty list means that the statistic does
+/// Columns as [`columns`] makes them, each with a column for the standard error, which is null if the motion repeats or
+/// there are too few samples. Columns with `@alone` have no standard error. An empty list means that the statistic does
 /// not exist, and becomes null.
 macro_rules! statistics {
     ($found:ident; $($(@$alone:ident)? $type:ident $name:expr, $unit:expr, $value:expr, $text:expr;)*) => {{

@@ -1,5 +1,5 @@
-//! The tables of a results folder as record batches. Every file is read through this module, which compares it with the
-//! record of its run first and returns only finite numbers.
+//! The tables of a results folder as record batches. Every table is read through this module, which first compares it
+//! with its record, if the folder has records, and returns only finite numbers.
 
 use std::cell::Cell;
 use std::panic::{AssertUnwindSafe, catch_unwind};

@@ -18,7 +18,7 @@ pub struct AxisColumn {
 }
 
 /// Worker, node and wall time of a point's computation. Only these columns differ between runs; all others depend on
-/// the manifest alone.
+/// manifest and vector instructions alone.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Placement {
     /// Worker that computed the point, from 0.

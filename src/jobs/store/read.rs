@@ -72,12 +72,13 @@ pub struct ResultTable {
     pub(super) metadata: BTreeMap<String, String>,
     /// All columns of its files, including those that were not read.
     pub(super) fields: Fields,
-    /// Indices of the rows in the order of the results: by ascending `point_id` for the tables of a run.
+    /// Indices of the rows in the order in which columns return them. [`Self::read`] sorts the rows of a run by
+    /// ascending `point_id`; otherwise it is the order of the files.
     pub(super) order: Vec<usize>,
 }
 
 impl ResultTable {
-    /// Reads a table of a results folder, and checks its files against the records of runs, if there are any.
+    /// Reads a table of a results folder, and checks its files against the records of the folder, if there are any.
     ///
     /// # Errors
     /// The folder or the table does not exist, cannot be read, is of another program, or was changed.
@@ -240,7 +241,7 @@ impl ResultTable {
             .ok_or_else(|| self.foreign(format!("no `{key}` in its metadata")))
     }
 
-    /// A column of whole numbers, in ascending `point_id`.
+    /// A column of whole numbers, in the order of the rows; `None` for a null.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -255,7 +256,7 @@ impl ResultTable {
         })
     }
 
-    /// A column of numbers, in ascending `point_id`.
+    /// A column of numbers, in the order of the rows; `None` for a null.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -265,7 +266,7 @@ impl ResultTable {
         })
     }
 
-    /// A column of truth values, in ascending `point_id`.
+    /// A column of truth values, in the order of the rows; `None` for a null.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -273,7 +274,7 @@ impl ResultTable {
         self.column(name, |array| Some(array.as_boolean_opt()?.iter().collect()))
     }
 
-    /// A column of text, printable, in ascending `point_id`.
+    /// A column of text, printable, in the order of the rows; `None` for a null.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -285,7 +286,7 @@ impl ResultTable {
         })
     }
 
-    /// A column of lists of numbers, in ascending `point_id`.
+    /// A column of lists of numbers, in the order of the rows; `None` for a null.
     ///
     /// # Errors
     /// No such column, or of another type.
@@ -310,8 +311,9 @@ impl ResultTable {
         field.is_some_and(|field| matches!(field.data_type(), DataType::List(_)))
     }
 
-    /// A column of numbers of any type, or of lists of them, in ascending `point_id`. Each row gives one number, those
-    /// of its list, or none if it is null.
+    /// A column of numbers of any type, or of lists of numbers, in the order of the rows. Each row gives its one
+    /// number,
+    /// the numbers of its list, or no number if it is null.
     ///
     /// # Errors
     /// No such column, or of another type.

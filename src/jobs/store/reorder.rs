@@ -40,7 +40,7 @@ impl<T> Reorder<T> {
         Ok(())
     }
 
-    /// The next item, if it has arrived.
+    /// Removes and returns the item with the next expected id, if it has arrived.
     pub(super) fn pop(&mut self) -> Option<T> {
         let item = self.waiting.remove(&self.next?)?;
         self.next = self.expected.next();
@@ -52,14 +52,14 @@ impl<T> Reorder<T> {
         self.waiting.len()
     }
 
-    /// Skips the next item; false if there is none.
+    /// Skips the next expected id; false if none is left.
     pub(super) fn skip(&mut self) -> bool {
         let skipped = self.next.is_some();
         self.next = self.expected.next();
         skipped
     }
 
-    /// An unexpected item that is left after all expected ids have passed.
+    /// The smallest id that still waits. After all expected ids have passed, it is an unexpected one.
     pub(super) fn leftover(&self) -> Option<u64> {
         self.waiting.keys().next().copied()
     }

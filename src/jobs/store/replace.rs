@@ -17,7 +17,7 @@ use super::interleave::{Source, interleave};
 use super::open::TableReader;
 use super::table_kind::TableKind;
 
-/// The points of each status in finished results (of a shard) with these tables.
+/// The points of each status in finished results (of a shard). `tables` has the records of all their tables.
 ///
 /// # Errors
 /// The table cannot be read, is not of this program, or is not what was written.

@@ -194,7 +194,9 @@ pub struct MachineRecord {
     pub threads: usize,
     /// NUMA nodes.
     pub numa_nodes: usize,
-    /// Source of these: `hwloc`, or the files of `/sys`; empty if unknown, and in records of earlier versions.
+    /// Source of packages, cores, threads and nodes: `hwloc`, or the files of `/sys`; empty if unknown, and in records
+    /// of
+    /// earlier versions.
     #[serde(default)]
     pub topology: String,
     /// Memory \[bytes\]; 0 if unknown.
@@ -290,7 +292,7 @@ pub struct Totals {
     pub wall_time: f64,
     /// Mesh cycles integrated per second of wall time.
     pub cycles_per_second: f64,
-    /// Wall time per integrated cycle, over all threads \[s\].
+    /// Wall time of the run divided by the cycles that all threads integrated \[s\].
     pub wall_time_per_cycle: f64,
 }
 

@@ -37,7 +37,7 @@ const SPEED: &str = "Mean speed of the pinion";
 const LOAD: &str = "Load, as a fraction of the rated one";
 const UNIT: &str = "Unit of the signal";
 
-/// Columns of `signals.parquet`, one for each signal.
+/// Columns of `signals.parquet`: time, speed, load, and one for each signal (name and unit).
 pub fn signals_table(signals: &[[String; 2]]) -> Table<InstantRow> {
     let mut columns = columns![row: InstantRow;
         f64 "time", "s", row.time, TIME;

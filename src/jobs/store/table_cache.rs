@@ -65,8 +65,7 @@ pub trait CacheContent: Serialize + DeserializeOwned {
     /// Kind of the table.
     const KIND: CacheKind;
 
-    /// Why the numbers are inconsistent, so that no program can have written them; `None` if they are
-    /// consistent.
+    /// Why the numbers are inconsistent, which this program never writes; `None` if they are consistent.
     fn fault(&self) -> Option<&'static str> {
         None
     }
@@ -113,7 +112,7 @@ pub enum CacheFault {
     /// Some bytes were changed.
     #[error("is cut off or damaged: its checksum does not match")]
     Checksum,
-    /// The checksum is right, but no program writes such bytes.
+    /// The checksum is right, but the bytes are not a valid table.
     #[error("has invalid content: {detail}")]
     Content {
         /// What is wrong.

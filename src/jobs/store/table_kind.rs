@@ -95,7 +95,8 @@ impl TableKind {
         self.file_name().trim_end_matches(".parquet")
     }
 
-    /// Whether analyses request the table. Some tables depend on the grid as well.
+    /// Whether analyses request the table. False for `Points`, for `Transitions` and `Basins`, which depend on other
+    /// settings, and for tables of other commands.
     pub fn is_requested(self, analyses: &Analyses) -> bool {
         match self {
             Self::Poincare => analyses.poincare.is_some(),

@@ -45,7 +45,7 @@ const TIME: &str = "Time since the start of the simulation";
 const CYCLE: &str = "Mesh cycle, counted from the start of the simulation";
 const PHASE: &str = "Mesh phase: elapsed fraction of the mesh cycle";
 
-/// Columns of `trace.parquet`, one for each output, by signal and unit; modal columns only if `modal`.
+/// Columns of `trace.parquet`. `outputs` has signal and unit of further columns. Modal columns exist only if `modal`.
 pub fn trace_table(modal: bool, outputs: &[[String; 2]]) -> Table<TraceSample> {
     let mut columns = columns![row: TraceSample;
         f64 "time", "s", row.time, TIME;
@@ -205,7 +205,7 @@ pub struct TraceLabel {
     pub outputs: Vec<[String; 2]>,
 }
 
-/// Streams a trace into its files. If it is dropped without [`TraceWriter::finish`], no file remains.
+/// Streams a trace into its files. If it is dropped without [`TraceWriter::finish`], no new file remains.
 pub struct TraceWriter {
     folder: PathBuf,
     metadata: Vec<(&'static str, String)>,
@@ -258,7 +258,7 @@ impl TraceWriter {
     /// A file cannot be written.
     pub fn finish(self) -> Result<(), StoreError> {
         let closed = [self.events.close()?, self.trace.close()?];
-        // A full disk has caused an error by now. No record exists while old and new tables are mixed.
+        // On a full disk, `close` has failed before. No record exists while old and new tables are mixed.
         remove(&self.folder.join(TRACE_RECORD))?;
         let tables = (closed.into_iter().map(ClosedTable::publish)).collect::<Result<_, _>>()?;
         TablesRecord::new(&self.metadata, tables).write(&self.folder, TRACE_RECORD)

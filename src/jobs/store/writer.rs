@@ -242,7 +242,7 @@ impl ResultWriter {
         let others = self.others.into_iter().map(|(_, table)| table.close());
         let mut closed = others.collect::<Result<Vec<_>, _>>()?;
         closed.push(self.points.close()?);
-        // A full disk has caused an error by now, so either all tables get their names or none does.
+        // On a full disk, `close` has failed before. So either all tables get their names or none does.
         old.iter().try_for_each(|path| remove(path))?;
         let tables = closed.into_iter().map(ClosedTable::publish);
         Ok(Written {

@@ -9,7 +9,7 @@ use crate::store::{
 use serde_json::json;
 use std::path::Path;
 
-/// Writes the branches, bifurcations and curves of a job to a folder of results.
+/// Writes the branches, bifurcations and curves of a job to a folder of results; returns the records of the tables.
 ///
 /// # Errors
 /// A table cannot be written.

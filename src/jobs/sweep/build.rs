@@ -322,7 +322,8 @@ fn rolling(point: &PointSpec, friction: f64, relative: f64) -> Option<Rolling> {
     })
 }
 
-/// The coast flank as the mirror image of the drive flank about a mesh phase.
+/// The coast flank. Its stiffness and its error under load mirror those of the drive flank about the mesh phase
+/// `symmetry`; its imposed transmission error does not.
 fn coast_flank(
     point: &PointSpec,
     (mesh, further): (&[Division], &[Vec<Division>]),

@@ -2,8 +2,8 @@
 //!
 //! If a point ends on a periodic orbit, its state lies on that orbit to round-off. At the next point the
 //! orbit may be unstable, but a trajectory that starts on it leaves it only when round-off has grown. The
-//! start is therefore displaced, in a direction that depends only on seed and point. It has the same bits if
-//! a run is split, interrupted or traced.
+//! start is therefore displaced, in a direction that depends only on seed and point. The start has the same bits
+//! if a run is split, interrupted or traced.
 
 use crate::analysis::{EnergyNorm, displaced};
 use crate::model::{Model, TrajectoryState};

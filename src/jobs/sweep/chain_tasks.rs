@@ -98,12 +98,12 @@ impl ChainSelection {
     }
 }
 
-/// A chain to be computed, or the rest of one.
+/// The points of a chain that are still to be computed.
 #[derive(Debug)]
 pub(super) struct ChainTask {
     /// Index of the chain among the chains of this run.
     pub place: usize,
-    /// Index of the first point of the chain that is still to be computed.
+    /// Id of the first point of the chain. Points that `link` has passed are already finished.
     pub first: usize,
     /// State of the chain from an earlier run.
     pub link: ChainState,
@@ -177,7 +177,7 @@ impl FinishedChains {
         self.is_done(selection.chain(place))
     }
 
-    /// Number of remaining points of a chain.
+    /// Number of remaining points of an unfinished chain.
     pub(super) fn left(&self, selection: &ChainSelection, place: usize) -> usize {
         let passed = self
             .links

@@ -1,5 +1,5 @@
 //! Follows all branches and curves of a job. Orbits are followed over one axis. A line is one combination of
-//! values of the other axes; it has its own family of drives.
+//! values of the other axes; each line has a separate family of drives.
 
 use super::family::PointFamily;
 use super::motion_scale;
@@ -31,7 +31,7 @@ const CURVES: [&str; 4] = ["fold", "period_doubling", "torus", "graze"];
 /// Reason why orbits cannot be followed.
 #[derive(Debug, thiserror::Error)]
 pub enum FollowError {
-    /// The manifest has no `[continuation]`.
+    /// The manifest has no `[continuation]`, or its axis has one value.
     #[error(
         "there is nothing to follow: [continuation] is missing, or its axis has one value; give [continuation] over = \"speed\", and grid.speed as an interval"
     )]
@@ -82,7 +82,7 @@ pub struct Curves {
     pub axis_values: Vec<f64>,
     /// The curves, by kind.
     pub all: Vec<Curve>,
-    /// The onset of rattle, if one of the axes is the load or torque.
+    /// The onset of rattle; empty unless one of the two axes is the load or torque and the mesh has no table.
     pub onset: Vec<Onset>,
 }
 
@@ -95,8 +95,8 @@ pub struct Followed {
     pub planes: Vec<Curves>,
 }
 
-/// Follows all branches and curves of a job, on the threads of the current rayon pool. Calls `passed` for every
-/// finished line and plane.
+/// Follows all branches and curves of a job, on the threads of the current rayon pool. Calls `passed` with a sentence
+/// for every finished line, and for every kind of bifurcation whose curves in a plane are finished.
 ///
 /// # Errors
 /// [`FollowError`].

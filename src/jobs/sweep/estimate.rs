@@ -36,7 +36,7 @@ pub(super) struct PointTime {
     pub time: f64,
     /// Standard deviation of the expected time \[s\]; 0 if it was computed.
     pub spread: f64,
-    /// Work of the point, in cycles times modes.
+    /// Work of the point, as [`work`](super::queue::work) counts it.
     pub work: f64,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Workload {
     pub chains: usize,
     /// Number of points in a whole chain.
     pub length: usize,
-    /// Work of all points, in cycles times modes.
+    /// Work of all points.
     pub work: f64,
     /// Worker threads.
     pub threads: usize,

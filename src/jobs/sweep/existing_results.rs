@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 pub enum ExistingResults {
     /// No complete results; a journal may have points of an interrupted run.
     Nothing,
-    /// All of it; every table agrees with its record.
+    /// All results of the run; every table agrees with its record.
     Complete(Box<RunRecord>),
 }
 
@@ -37,7 +37,7 @@ pub enum ExistingResultsError {
         /// Lines that only one of the two manifests has.
         difference: String,
     },
-    /// Other parts of the same job.
+    /// The results of another split of the same job.
     #[error(
         "{} holds {found} of this job, which cannot be combined with {wanted}; choose another folder with --out, or remove this folder",
         folder.display()
@@ -62,8 +62,8 @@ pub enum ExistingResultsError {
     },
 }
 
-/// Inspects the folder. `fresh` allows replacing the results of the same shard (or of the whole job), never others: a
-/// folder holds one job.
+/// Inspects the folder. `fresh` allows replacing the results of the same shard (or of the whole job), never other
+/// results: a folder holds one job.
 ///
 /// # Errors
 /// [`ExistingResultsError`] if the folder must not be touched.

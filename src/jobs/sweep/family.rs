@@ -77,7 +77,7 @@ impl<'a> PointFamily<'a> {
     /// The point with these values of the parameters.
     ///
     /// # Errors
-    /// A sentence if there is no such drive.
+    /// A sentence if the values do not describe a drive.
     pub fn at(&self, at: MapParameters) -> Result<PointSpec, String> {
         let held = self
             .held
@@ -105,8 +105,11 @@ impl<'a> PointFamily<'a> {
         }
     }
 
-    /// The weighted sum of models at `offsets` from `at`, in steps. They must have the shape of `model`, the one at `at`:
-    /// where it changes, the models on either side may be alike, but no derivative exists.
+    /// The weighted sum of models. `offsets` has the steps from `at` to each model, and its weight. If a model cannot
+    /// be
+    /// built, the outer error says why. The inner error is a model of another shape than `model`, the model at `at`. At
+    /// a
+    /// change of shape, all models around `at` may have one shape, but no derivative exists.
     fn difference(
         &self,
         model: &Model,

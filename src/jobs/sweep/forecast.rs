@@ -31,7 +31,7 @@ use std::time::{Duration, Instant};
 /// Relative half width of the interval of the computing time at which the calibration stops.
 const ACCURATE_ENOUGH: f64 = 0.15;
 
-/// Largest number of points per worker in the first sample.
+/// Upper limit, per worker, of the smallest number of points to be tried out.
 const POINTS_A_WORKER: usize = 8;
 
 /// Memory that a measured cycle occupies until its point is finished, estimated \[bytes\]. Runs of the
@@ -183,7 +183,7 @@ struct Calibration<'a> {
     job: &'a Job,
     parts: &'a Prepared,
     workload: Workload,
-    /// Smallest sample.
+    /// Number of points that must be tried out before the time counts as known.
     least: usize,
     /// Processor time of the process at the start of the calibration \[s\].
     begun: f64,
@@ -313,8 +313,8 @@ impl Calibration<'_> {
         tried.windows(2).map(between).sum()
     }
 
-    /// The times of the points in order, the number of abandoned ones, and rows of the others. An abandoned point that
-    /// took less than the average of the others is dropped, because it has no information.
+    /// The times of the points in order, the number of abandoned ones, and rows of the others. Omits abandoned points
+    /// that took less time per work than the average of the others: they have no information.
     fn found(self) -> (Vec<PointTime>, u64, Vec<PointRow>) {
         let mut tried = self
             .tried
@@ -351,12 +351,12 @@ fn memory(peak: u64, journal: u64) -> u64 {
     /// Memory of a row that waits and is encoded, divided by its size in the journal, where a small number takes one
     /// byte.
     const ENCODED: u64 = 6;
-    /// Upper limit of the memory of rows: a row group of list data of this size is written.
+    /// Upper limit of the memory of rows \[bytes\]: a row group is written once it has [`GROUP_BYTES`].
     const MOST_ROW_BYTES: u64 = 8 * GROUP_BYTES as u64;
     (IN_PIECES * peak as f64) as u64 + (ENCODED * journal).min(MOST_ROW_BYTES)
 }
 
-/// Number of points in the first sample.
+/// Smallest number of points to be tried out, before [`SMALLEST_SAMPLE`] applies.
 fn sample(points: usize, threads: usize) -> usize {
     (points / 4).clamp(2, POINTS_A_WORKER * threads.max(2))
 }
@@ -367,7 +367,7 @@ fn shared(job: &Job) -> bool {
     variants.any(|variant| variant.analyses.multistability.is_some())
 }
 
-/// Predicted size of the result files of `points` points like these \[bytes\].
+/// Predicted size of the result files \[bytes\] of `points` points that resemble `rows`.
 fn disk(job: &Job, points: usize, rows: Vec<PointRow>, scratch: &Path) -> Result<u64, StoreError> {
     let count = rows.len().max(1) as u64;
     let mut sizes = [0, 0];

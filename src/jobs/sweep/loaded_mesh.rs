@@ -22,7 +22,8 @@ pub struct LoadedMesh {
     /// Mean number of pairs that carry load.
     pub contact_ratio: f64,
     /// Number of joined pieces ([`JoinedPieces`](crate::gear::JoinedPieces)), the error of their stiffness,
-    /// and the error of their friction and load centroid; `None` if the mesh has segments or springs.
+    /// and the error of their friction and load centroid. `None` if the mesh has springs, or segments with means
+    /// of the tangent stiffness.
     pub course: Option<(usize, [f64; 2])>,
 }
 

@@ -81,8 +81,8 @@ pub(super) fn segments(cycle: &MeshTableCycle, count: u32, with_error: bool) -> 
         .collect()
 }
 
-/// The joined pieces for integrating a mesh, unless it uses means of the tangent stiffness over segments. They are at
-/// least as long as a segment.
+/// The joined pieces for integrating a mesh, unless it uses means of the tangent stiffness over segments. Pieces up to
+/// the length of a segment use means of friction and load centroid, whatever the deviation.
 pub(super) fn joined_pieces(
     friction: f64,
     spec: &MeshTableSpec,

@@ -189,7 +189,7 @@ impl MeshTables {
         let unloaded = load.misalignment;
         let (misalignment, tilt) = match tilts {
             Some(compliance) => {
-                // Positions across the face count from the flank that carries the load, as they do for the drive flank.
+                // Loaded coast flanks are computed as the mirror image of drive flanks, with reversed positions.
                 let compliance =
                     if load.on_coast { compliance.other_way_round() } else { compliance };
                 let report = self.tilted(spec, compliance, unloaded, force)?;

@@ -2,12 +2,12 @@
 //!
 //! Workers of a rayon pool take chains, long ones first, and compute their points one by one. A writer thread, fed
 //! through a bounded channel, streams the rows to Parquet in point order. A chain is one point, or all points along an
-//! axis if the state is carried from one to the next. Its numbers depend on the chain alone, so they are the same for
+//! axis if the state is carried from one to the next. Results depend on the chain alone, so they are the same for
 //! any number of threads. A point that fails or panics becomes a row and does not end the job. Every row is in the
 //! journal before it reaches the writer, so that a killed run can be resumed.
 //!
-//! Results determine which points a refined grid needs. It is computed in rounds, and its tables are written
-//! after the last one.
+//! Results determine which points a refined grid needs. Such a grid is computed in rounds, and its tables are
+//! written after the last round.
 
 mod branch_tables;
 pub mod build;

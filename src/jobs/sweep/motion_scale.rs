@@ -11,8 +11,8 @@ use crate::model::InitialState;
 const CYCLES: [u64; 2] = [100, 64];
 
 /// The family, with the size of its motion at `at` as the scale of lengths. The scale is rounded to a power
-/// of two, so that round-off in the motion does not change it. A family with flanks keeps its half gap, and
-/// one without motion its scale.
+/// of two, so that round-off in the motion does not change it. A family with flanks keeps its half gap. A family
+/// without motion, or whose integration stops, keeps its scale.
 ///
 /// # Errors
 /// [`MapError`] if the model cannot be built.

@@ -19,7 +19,7 @@ impl<K, V> Default for NodeCopies<K, V> {
 }
 
 impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
-    /// The copy. If there is none yet, it is made from the result of `far`, and other threads wait.
+    /// The copy for a key. If there is none yet, it is made from the result of `far`, and other threads wait.
     pub fn get<E>(&self, key: K, far: impl FnOnce() -> Result<Arc<V>, E>) -> Result<Arc<V>, E> {
         let mut copies = lock(&self.0);
         if let Some(copy) = copies.get(&key) {
@@ -28,7 +28,8 @@ impl<K: Eq + Hash, V: Clone> NodeCopies<K, V> {
         if copies.len() == MOST_COPIES {
             copies.clear();
         }
-        // The calling thread writes the copy. A clone of the pointer would leave the data on the other node.
+        // The calling thread writes the copy. A clone of the pointer would leave the data on the node where `far` wrote
+        // them.
         let copy = Arc::new((*far()?).clone());
         copies.insert(key, copy.clone());
         Ok(copy)

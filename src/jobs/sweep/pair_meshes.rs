@@ -13,9 +13,10 @@ use std::sync::Arc;
 
 /// The divisions of the mesh cycle for every spring of a mesh. The spring that touches first is the first one.
 pub(super) struct PairDivisions {
-    /// Of equal teeth.
+    /// Divisions of every spring, if all teeth are equal.
     pub alike: Vec<Vec<Division>>,
-    /// Of drive and coast flanks in every mesh cycle of a revolution, if single teeth differ; otherwise empty.
+    /// Divisions of the springs of drive and coast flanks in every mesh cycle of a revolution, if single teeth differ;
+    /// otherwise empty.
     pub tooth_cycles: ToothCycles,
 }
 

@@ -173,8 +173,8 @@ impl Prepared {
         }
     }
 
-    /// The parts of a job. With distributions, each sample may need a separate kernel table that no later run
-    /// uses. These tables are not stored.
+    /// Starts without structures, for a job. With distributions, each sample may need a separate kernel table that
+    /// no later run uses. Such a job does not store kernel tables.
     pub fn of_job(job: &Job, tables: TableStore) -> Self {
         let mut parts = Self::new(tables);
         if job.samples.is_some() {
@@ -183,8 +183,8 @@ impl Prepared {
         parts
     }
 
-    /// Shares the parts with the workers of one NUMA node, which make copies of them. Kernel tables are copied only if
-    /// there is room; otherwise all nodes share them.
+    /// Shares structures and tables with the workers of one NUMA node, which make copies of them. Kernel tables are
+    /// copied only if there is room; otherwise all nodes share them.
     pub fn on_node(&self, room: CopyRoom) -> Self {
         Self {
             structures: self.structures.clone(),

@@ -133,7 +133,7 @@ pub(super) fn compute_point(
     }
 }
 
-/// The row of a computed point that belongs to no chain.
+/// The row of a computed point, without its part in a chain.
 pub(super) fn row(
     point: &PointSpec,
     result: PointResult,

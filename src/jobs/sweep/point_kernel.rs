@@ -66,8 +66,8 @@ impl PointKernel {
         })
     }
 
-    /// Builds the kernel of the same model and uses it. If the motion reaches a set of closed contacts without a table,
-    /// and the program may choose, another kernel repeats the work.
+    /// Builds the kernel for the model and uses it. If the motion reaches a set of closed contacts without a table,
+    /// and the program may choose, the kernel `volterra` repeats the work.
     ///
     /// # Errors
     /// The kernel has no tables for the model.

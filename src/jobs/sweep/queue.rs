@@ -6,9 +6,9 @@
 //! Without finished neighbours, the mean is over all finished chains. The order does not affect results: they depend on
 //! the chain alone.
 //!
-//! On a machine with several NUMA nodes whose workers have separate kernel tables, chains whose tables the node has in
-//! memory come first. Then follow chains whose tables have this node as home, then others. The longest is chosen among
-//! the nearest.
+//! On a machine with several NUMA nodes whose workers have separate kernel tables, chains whose tables the node used
+//! most recently come first. Then follow chains whose tables have this node as home, then others. The longest is chosen
+//! among the nearest.
 //!
 //! Only a window of chains is in memory, for any number of chains.
 
@@ -85,7 +85,7 @@ struct Candidate {
     place: usize,
     /// Number of chains that entered the window before it.
     number: usize,
-    /// Cycles times modes.
+    /// Remaining work ([`work`]).
     work: f64,
     /// The table that it reads, if nodes have separate tables.
     table: Option<u64>,
@@ -114,7 +114,7 @@ impl Mean {
 /// The next action of a worker.
 #[derive(Debug)]
 enum NextAction {
-    /// Compute this chain, or its remaining points; `work` is in cycles times modes.
+    /// Compute this chain, or its remaining points, of this [`work`].
     Chain { turn: ChainTask, work: f64 },
     /// Ask again later: too many rows wait for older points.
     Wait,
@@ -304,7 +304,8 @@ fn row(job: &Job) -> usize {
     fastest * carried.map_or(1, |carried| carried.directions.len())
 }
 
-/// Largest number of cycles that a point may integrate, times the work per cycle.
+/// Work of a point: the largest number of cycles of its trajectory, probes and cells, times the modes plus
+/// [`FIXED_WORK`].
 pub(super) fn work(point: &Variant) -> f64 {
     let run = &point.run;
     let mut cycles = (run.transient + run.cycles) as f64;

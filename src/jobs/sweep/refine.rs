@@ -2,8 +2,9 @@
 //!
 //! Points are computed in rounds, starting with the undivided grid. After each round, all cells are checked at the
 //! same time. An edge of a cell has points at its corners and at the corners of smaller neighbours. A cell is halved
-//! along an axis if two points differ on one of its edges along this axis. So no cell is divided along a straight
-//! boundary, only across it. A boundary that leaves a divided cell through an edge is followed into the next cell,
+//! along an axis if two points differ on one of its edges along this axis. So a boundary parallel to an axis divides
+//! cells only along the other axis. A boundary that leaves a divided cell through an edge is followed into the next
+//! cell,
 //! whatever its size. The points of a round depend only on earlier results, not on the time of their computation: a
 //! journal is read first, and rounds omit its points.
 //!

@@ -264,7 +264,9 @@ impl Sweep<'_> {
         })
     }
 
-    /// Prepares structures and mesh tables of the remaining points. Returns the warnings, which it passes to `watcher`.
+    /// Prepares the mesh tables, and their structures, of the first points of all unfinished chains. Returns the
+    /// warnings,
+    /// which it passes to `watcher`.
     fn prepare(
         &self,
         resumed: &ResumedSweep,
@@ -475,8 +477,8 @@ fn copies_obtained(of_nodes: &[Prepared], copies: &Copies, topology: Option<&Top
     words.collect::<Vec<String>>().join("; ")
 }
 
-/// Number of pieces of work that can run at the same time: chains, and probes if there are any. Counting stops at
-/// `enough`.
+/// Number of pieces of work that can run at the same time: chains, or their probes or cells if there are any. At most
+/// `enough` chains count; for a refined grid the number is `enough`.
 pub(super) fn pieces(job: &Job, selection: &ChainSelection, enough: usize) -> usize {
     // Later rounds may have more points than the first.
     if job.refine.is_some() {

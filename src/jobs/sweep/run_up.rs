@@ -50,7 +50,7 @@ pub enum RunUpError {
 }
 
 impl PointRunUp<'_> {
-    /// Runs the drive up. If the motion cannot continue, the record ends there.
+    /// Runs the drive up. Returns its configuration and its record, which ends where the motion cannot continue.
     ///
     /// # Errors
     /// [`RunUpError`].

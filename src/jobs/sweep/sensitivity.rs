@@ -58,7 +58,7 @@ pub struct Sensitivity {
     pub unit: &'static str,
     /// Value of the quantity.
     pub value: f64,
-    /// Derivative of the quantity by the key, in SI; `None` if it does not exist.
+    /// Derivative of the quantity by the key, in SI; `None` if it does not exist or is unreliable.
     pub by: Option<f64>,
     /// The same derivative from differences, or from a step twice as large.
     pub check: Option<f64>,
@@ -120,7 +120,7 @@ impl From<EndedEarly> for SensitivityError {
 }
 
 /// The sensitivities of a point to some keys. They are exact for motion that repeats. For chaotic motion they are
-/// estimates over an ensemble, whose step is `step` relative to each key.
+/// estimates over an ensemble, whose step is `step` times the size of each key.
 ///
 /// # Errors
 /// [`SensitivityError`].
@@ -203,7 +203,8 @@ impl KernelUse for Settle<'_> {
     }
 }
 
-/// A request for the quantities of an orbit, their derivatives and its largest multiplier.
+/// A request for the quantities of an orbit, then the modulus of its largest multiplier, and for the derivatives of the
+/// quantities. The output is `None` if no orbit is found.
 #[derive(Clone)]
 struct Orbit<'a> {
     model: &'a Model,
@@ -241,7 +242,7 @@ impl KernelUse for Orbit<'_> {
     }
 }
 
-/// A state of the model `other` as a state of `model`; unchanged if the two have nothing in common.
+/// A state of the model `other` as a state of `model`; unchanged if no transformation between their bases exists.
 fn state_in(model: &Model, other: &Model, state: &TrajectoryState) -> TrajectoryState {
     let change = model.basis.change_to(&other.basis);
     let blocks = change.map_or_else(|_| state.state.clone(), |change| change.undo(&state.state));

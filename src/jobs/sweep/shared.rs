@@ -8,7 +8,7 @@ pub(super) fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
     shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Values in memory by their description. Their number is bounded, because each of many sampled drives has its own. A
+/// Values in memory by their description. Their number is bounded, because every sampled drive has separate values. A
 /// forgotten value is computed or read again, with the same bits.
 #[derive(Debug)]
 pub(super) struct SharedValues<V> {

@@ -2,8 +2,8 @@
 //!
 //! A motion that settles does so during its transient or shortly after: such a point is computed completely.
 //! For other motion, a few cycles are measured to predict the number of cycles ([`ExpectedCycles`]). Some
-//! more cycles after these, with all observers and no other analysis, give the time of one cycle. Other
-//! analyses have fewer probes, guesses and cycles.
+//! more cycles after these, with all observers, give the time of one cycle. The other analyses (attractors,
+//! orbits, horizon and covariant vectors) have fewer probes, guesses and cycles.
 
 use super::build::point_config;
 use super::carried::CarriedState;
@@ -27,10 +27,10 @@ const MEASURED: u64 = 400;
 /// Number of cycles for timing one cycle.
 const TIMED: u64 = 128;
 
-/// Other analyses are reduced by this factor.
+/// Factor by which analyses after the integration are reduced.
 const PART: u32 = 32;
 
-/// Smallest number of cells along each side of a slice.
+/// Largest number of cells along each side of a slice in a trial.
 const CELLS: u32 = 8;
 
 /// Relative standard deviation of a time that is extrapolated from a reduced analysis.
@@ -54,7 +54,8 @@ pub(super) struct TriedPoint {
 /// treated as the first.
 ///
 /// # Errors
-/// [`Interrupted`] if `over` was raised before the point had a result.
+/// [`Interrupted`] if `over` was raised while the point before it, or one cycle, was computed. If it was raised during
+/// the trial, the result is an abandoned point.
 pub(super) fn try_out(
     job: &Job,
     id: usize,

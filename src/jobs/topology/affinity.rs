@@ -1,5 +1,5 @@
 //! Which worker should compute which chain? Chains read kernel tables. A worker prefers tables that its NUMA
-//! node has in memory ("at hand"), then tables whose home is this node, then others.
+//! node used most recently ("at hand"), then tables whose home is this node, then others.
 //!
 //! Pure bookkeeping. The choice of a worker does not change results.
 
@@ -28,7 +28,7 @@ pub struct NodeTables {
 }
 
 impl NodeTables {
-    /// Empty tables of `nodes` nodes.
+    /// `nodes` nodes without tables at hand.
     pub fn new(nodes: usize) -> Self {
         Self {
             at_hand: vec![VecDeque::new(); nodes],
@@ -41,8 +41,8 @@ impl NodeTables {
         self.at_hand.len()
     }
 
-    /// Distance of a table to the workers of a node. The home follows from the number of the table, so it
-    /// needs no record.
+    /// Distance of a table to the workers of a node. The home is the number of the table modulo the number of
+    /// nodes.
     pub fn distance(&self, table: Option<u64>, node: usize) -> TableDistance {
         let Some(table) = table else {
             return TableDistance::AtHand;

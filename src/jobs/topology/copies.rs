@@ -1,8 +1,8 @@
 //! Which NUMA nodes get a copy of data that all workers read?
 //!
 //! The decision depends only on the places of the workers. If workers are bound and run on several nodes,
-//! each node gets a copy, which its workers make and read. Otherwise all share one copy, because an unbound
-//! worker may move to another node.
+//! each node gets a copy, which its workers make and read. Otherwise all workers share one copy: a worker that
+//! is not bound may move to another node.
 
 use super::{Plan, TABLES_AT_HAND, Topology};
 use std::fmt;

@@ -160,7 +160,7 @@ fn os_index(object: &TopologyObject) -> u32 {
         .unwrap_or(0)
 }
 
-/// Hardware threads that the system allows this process and that the process is bound to (`taskset`).
+/// Hardware threads that the system allows this process and that the calling thread is bound to (`taskset`).
 fn usable(hwloc: &Hwloc) -> CpuSet {
     let allowed = hwloc.allowed_cpuset().clone_target();
     match hwloc.cpu_binding(CpuBindingFlags::THREAD) {
@@ -219,7 +219,7 @@ fn describe_cores(hwloc: &Hwloc, usable: &CpuSet) -> Vec<Core> {
         .collect()
 }
 
-/// The node attached to the closest ancestor that has one.
+/// The NUMA node attached to the object or to its closest ancestor that has one; 0 if none has.
 fn nearest_node(object: &TopologyObject) -> u32 {
     std::iter::once(object)
         .chain(object.ancestors())

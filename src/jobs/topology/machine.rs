@@ -1,4 +1,5 @@
-//! Name, memory and instruction sets of the machine, for the record and not for decisions.
+//! Name, memory and instruction sets of the machine for the record, clocks of processor time, and the parsing of files
+//! of Linux.
 
 use rustix::time::{ClockId, clock_gettime};
 use std::fs;
@@ -7,7 +8,7 @@ use std::path::Path;
 /// Description of a machine in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Machine {
-    /// Name of the processor.
+    /// Name of the processor; `unknown` if the system does not report it.
     pub cpu: String,
     /// Memory \[bytes\]; 0 if unknown.
     pub memory: u64,
@@ -18,7 +19,7 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The machine that the program runs on. Unknown parts are empty or 0.
+    /// The machine that the program runs on.
     pub fn current() -> Self {
         let read = |path| fs::read_to_string(path).unwrap_or_default();
         Self {
@@ -32,7 +33,7 @@ impl Machine {
     }
 }
 
-/// Largest memory of this process so far \[bytes\]; `None` if the system does not report it.
+/// Largest resident memory of this process so far \[bytes\]; `None` if the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     kibibytes(&status, "VmHWM")
@@ -73,7 +74,7 @@ pub fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
     })
 }
 
-/// Value in bytes of the line with this key, which gives KiB.
+/// Value in bytes of the line `key : value kB`, which counts in KiB; `None` if there is no such line.
 pub fn kibibytes(text: &str, key: &str) -> Option<u64> {
     let kibibytes = field(text, key)?.strip_suffix("kB")?.trim();
     Some(1024 * kibibytes.parse::<u64>().ok()?)

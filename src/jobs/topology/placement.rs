@@ -1,10 +1,10 @@
 //! Which core does a worker run on?
 //!
 //! The decision depends only on a list of cores. Each core gets one worker, fast cores first. If there are
-//! more cores than workers, the workers are spread over NUMA nodes and packages. Second hardware threads are
-//! used only if there are more workers than cores. Workers are pinned if they take every core. Fewer workers
-//! are not pinned: the system may then move them away from cores that other programs, or other shards of the
-//! job, use.
+//! more cores than workers, the workers are spread over NUMA nodes and packages. Only if there are more workers
+//! than cores, several share a core, each on one of its hardware threads. By default, workers are pinned if they
+//! take every core. Fewer workers are not pinned: the system may then move them away from cores that other
+//! programs, or other shards of the job, use.
 
 use super::Core;
 use std::cmp::Reverse;
@@ -38,7 +38,7 @@ pub struct Place {
 /// The places of all workers, in order.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Plan {
-    /// One place per worker.
+    /// One place per worker; empty if the cores are unknown.
     pub places: Vec<Place>,
     /// Whether workers are bound to their places.
     pub pinned: bool,
@@ -93,7 +93,7 @@ pub fn plan(cores: &[Core], workers: usize, pinning: Pinning) -> Plan {
     }
 }
 
-/// Cores in order of preference.
+/// Indices of the cores in order of preference: fast kinds first, then one core of every NUMA node in turn.
 fn preference(cores: &[Core]) -> Vec<usize> {
     let mut in_node: HashMap<(u32, u32), usize> = HashMap::new();
     let mut nodes_of_package: HashMap<usize, Vec<u32>> = HashMap::new();

@@ -18,8 +18,8 @@ use tree::{Set, Tree};
 
 /// Levels of cache that are reported, the same as by hwloc.
 const LEVELS: std::ops::RangeInclusive<usize> = 1..=3;
-/// Cores are of one kind if their capacities differ by less than this ratio. Cores of one kind in hybrid machines
-/// differ by their turbo frequencies.
+/// Cores are sorted by capacity. A new kind starts at a core if this fraction of its capacity exceeds the capacity of
+/// the core before it. Cores of one kind in hybrid machines differ by their turbo frequencies.
 const ALIKE: f64 = 0.9;
 
 /// The machine that the program runs on.
@@ -37,7 +37,7 @@ pub(super) fn of_this_machine() -> Result<Topology, TopologyError> {
     read(Tree::new(Path::new("/")), bound, true)
 }
 
-/// The machine that a tree of files describes. `bound` has the threads that the calling thread is bound to;
+/// The machine that a tree of files describes; `here` if it is this machine. `bound` has the threads of its binding;
 /// if it is `None`, the tree gives them. On machines with more than 1024 processors, the system refuses an
 /// affinity mask of the usual size.
 fn read(tree: Tree, bound: Option<Set>, here: bool) -> Result<Topology, TopologyError> {
@@ -118,7 +118,7 @@ struct ThreadCache {
     threads: Set,
 }
 
-/// The cores to which some threads belong.
+/// The cores to which these threads belong.
 fn units(tree: &Tree, threads: &Set) -> Vec<Unit> {
     let mut units = BTreeMap::new();
     for &thread in threads {
@@ -258,7 +258,7 @@ struct Node {
     memory: Option<u64>,
     /// Threads near the node.
     near: Set,
-    /// Threads near the node that the process may use.
+    /// Threads near the node that are online and granted by the control group.
     threads: Set,
 }
 
@@ -297,7 +297,7 @@ fn nodes(tree: &Tree, allowed: &Set) -> Vec<Node> {
     }]
 }
 
-/// The smallest node that contains a core, or the first node if none does.
+/// Number of the smallest node that contains a thread of a core, or of the first node if none does.
 fn nearest(nodes: &[Node], threads: &Set) -> u32 {
     let near = nodes
         .iter()

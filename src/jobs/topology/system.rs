@@ -40,7 +40,7 @@ pub enum BindingError {
     /// The system accepted the request and did something else.
     #[error("the system bound a thread to a core that was not requested")]
     NotKept,
-    /// Only hwloc can bind memory to nodes without cores.
+    /// The files of the system do not allow binding memory to a NUMA node; only hwloc does.
     #[error("binding memory to a NUMA node needs hwloc, which is not available here")]
     NoMemoryBinding,
 }

@@ -128,7 +128,7 @@ fn multiply(unit: &mut Unit, factor: &str, sign: i32) -> Option<()> {
     Some(())
 }
 
-/// Splits `m^2` or `m²` into the name and the power.
+/// Splits `m^2` or `m²` into the name and the power; `None` if the power is 0, too large or not a whole number.
 fn split_power(factor: &str) -> Option<(&str, i32)> {
     let (name, power) = if let Some(name) = factor.strip_suffix('²') {
         (name, 2)

@@ -11,7 +11,7 @@ mod tests;
 
 use expression::{Exponents, UnitError};
 
-/// A number with `decimals` decimals. From 1e7 on, it is in scientific form with two decimals.
+/// A number with `decimals` decimals; if its absolute value is 1e7 or more, in scientific form with two decimals.
 pub fn short(value: f64, decimals: usize) -> String {
     if value.abs() < 1e7 {
         format!("{value:.decimals$}")
@@ -250,9 +250,9 @@ fn kind_of_unit(dimension: Option<Dimension>) -> String {
 
 /// Reads text `number unit` as a quantity of the expected dimension, in SI.
 ///
-/// Units are products and quotients of `m g s N Pa rad deg rev rpm Hz min h %` with the
-/// decimal prefixes `G M k c m u µ n p`, `*` or `·` or a space between factors, `/` before
-/// a divisor, `^` (or ², ³) for powers. `Hz` and `rpm` are revolutions, 2π rad each.
+/// Units are products and quotients of `m g s N Nm Pa rad Hz`, which take the decimal prefixes `G M k c m u µ n p`,
+/// and of `rpm rev deg ° min h % t 1`, which take none. `*`, `·` or a space separates factors, `/` stands before a
+/// divisor, `^` (or ², ³) before a power. `Hz` and `rpm` count revolutions of 2π rad.
 ///
 /// # Errors
 ///
@@ -273,7 +273,7 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, QuantityError> {
 ///
 /// # Errors
 ///
-/// As [`parse`]; also [`QuantityError::UnknownUnit`] if no [`Dimension`] has the exponents of the unit.
+/// As [`parse`], with [`QuantityError::UnknownUnit`] instead of `WrongKind` if no [`Dimension`] fits the unit.
 pub fn parse_any(text: &str) -> Result<(f64, Dimension), QuantityError> {
     let (value, exponents, unit) = parse_exponents(text)?;
     match Dimension::from_exponents(exponents) {
@@ -321,7 +321,7 @@ fn parse_exponents(text: &str) -> Result<(f64, Exponents, String), QuantityError
     }
 }
 
-/// Splits a leading decimal number from the rest.
+/// Splits a leading decimal number from the rest; `None` if the text does not begin with a number.
 fn split_number(text: &str) -> Option<(&str, &str)> {
     let bytes = text.as_bytes();
     let digits = |from: usize| {

@@ -8,8 +8,8 @@ const NUMBER: &str = r"[+-]?(?:\d[\d_]*\.?[\d_]*|\.[\d_]*\d[\d_]*)(?:[eE][+-]?\d
 
 impl Dimension {
     /// A regular expression (ECMA 262) for texts of this dimension; `None` if only bare numbers are accepted. It
-    /// includes numbers, units and their combinations. It does not add up powers: it refuses `"15 N"` as a length, but
-    /// not `"15 N/mm"` as a force.
+    /// matches a number with a product or quotient of units. It does not add up powers: it refuses `"15 N"` as a
+    /// length, but not `"15 N/mm"` as a force.
     pub fn pattern(self) -> Option<String> {
         let mut allowed = self.exponents()?.0.map(|exponent| exponent != 0);
         // A dimension with mass can be written with N or Pa, which contain m and s: N/m is kg/s². Allow m and

@@ -22,7 +22,7 @@ pub const PAGE: usize = 4096 / LINE;
 #[repr(C, align(64))]
 pub struct Line(pub [f64; LANES]);
 
-/// Lines of memory in a mapping of their own.
+/// Lines of memory in a separate mapping.
 #[derive(Debug)]
 pub struct Buffer {
     map: MmapMut,
@@ -50,14 +50,14 @@ impl Buffer {
 
     /// The lines.
     pub fn lines(&self) -> &[Line] {
-        // SAFETY: a mapping starts on a page, so on a line, is `lines * LINE` bytes long, and any
-        // bits are a double.
+        // SAFETY: a mapping starts on a page, so it is aligned for lines. It is `lines * LINE` bytes long, and any bits
+        // are a double.
         unsafe { std::slice::from_raw_parts(self.map.as_ptr().cast(), self.lines) }
     }
 
     /// The lines, mutable.
     pub fn lines_mut(&mut self) -> &mut [Line] {
-        // SAFETY: as above, and the mapping is borrowed alone.
+        // SAFETY: as in `lines`, and the mapping is borrowed mutably.
         unsafe { std::slice::from_raw_parts_mut(self.map.as_mut_ptr().cast(), self.lines) }
     }
 

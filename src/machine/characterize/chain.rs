@@ -52,8 +52,8 @@ impl AddressRing {
         }))
     }
 
-    /// Writes a ring through the first `count` lines, and follows it until the caches contain its lines as in
-    /// later rounds.
+    /// Writes a ring through the first `count` lines, and follows it for a warm-up, so that the caches contain its
+    /// lines as in later rounds.
     pub fn write_ring(&mut self, count: usize, walk: Walk) {
         self.link(count, walk);
         self.follow(WARM_UP_LOADS);
@@ -84,8 +84,8 @@ impl AddressRing {
     }
 }
 
-/// Links the lines of a page in random order, then those of the next page, pages in random
-/// order. Returns the first line.
+/// Links the lines page by page. The order of the pages, and of the lines within a page, is random. Returns the first
+/// line.
 fn page_by_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     let mut stream = Stream::new(1, 0, 0);
     let (mut last, mut first) = (None, 0);
@@ -140,7 +140,7 @@ impl PageToPage {
         self.pages.len() * self.places.len()
     }
 
-    /// The line at a position of the ring. In every lap it is the next line within each page.
+    /// The line at a position of the ring. A lap visits every page once, each lap at another line of the page.
     fn line(&self, at: usize) -> usize {
         let (lap, page) = (at / self.pages.len(), at % self.pages.len());
         self.pages[page] * PAGE + self.places[(page + lap) % self.places.len()]
@@ -195,7 +195,7 @@ mod tests {
         }
     }
 
-    /// A page is not visited again before all the others.
+    /// No page is visited again before all other pages have been visited.
     #[test]
     fn hops_lead_through_all_pages_in_a_lap() {
         let pages = 7;

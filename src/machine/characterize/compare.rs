@@ -158,7 +158,7 @@ fn usual<'r>(
         })
 }
 
-/// The smallest number of threads whose rate is within two per cent of the highest one.
+/// The smallest number of threads whose rate is within two per cent of the highest one; `None` without rows.
 fn worthwhile<'r>(rows: impl IntoIterator<Item = &'r Row>) -> Option<u64> {
     let gain = |row: &Row| row.key.efficiency * row.key.threads as f64;
     let rows: Vec<&Row> = rows.into_iter().collect();

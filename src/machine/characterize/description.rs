@@ -121,7 +121,7 @@ fn quota(text: &str) -> Option<u64> {
     Some(100 * quota / period.max(1))
 }
 
-/// The chosen one of several words: the word in brackets.
+/// The word in brackets, which marks the chosen one of several words; `None` without brackets.
 fn chosen(text: &str) -> Option<String> {
     let (_, rest) = text.split_once('[')?;
     Some(rest.split_once(']')?.0.to_owned())

@@ -12,7 +12,8 @@ pub enum Kind {
     Time(f64),
 }
 
-/// The figure of rounds of times \[s\]; `None` without a repetition.
+/// The figure of rounds of times \[s\]; `None` without a repetition. Its value is the median over the rounds of their
+/// best repetitions.
 pub fn figure(rounds: &[Vec<f64>], kind: Kind) -> Option<Figure> {
     let value = |time: f64| match kind {
         Kind::Rate(work) => work / time,
@@ -35,7 +36,7 @@ pub fn figure(rounds: &[Vec<f64>], kind: Kind) -> Option<Figure> {
     })
 }
 
-/// The median.
+/// The median of values, which it sorts; NaN without values.
 pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();

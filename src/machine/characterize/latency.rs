@@ -11,7 +11,7 @@ use crate::topology::Topology;
 /// Loads per repetition.
 const LOADS: usize = 20_000;
 
-/// Times per load \[s\] in a chain of loads, for each size of memory on a node.
+/// Times per load \[s\] in a chain of loads, for each number of lines in `sizes`, in memory on a node.
 pub fn measure(
     topology: &Topology,
     thread: HardwareThread,

@@ -29,8 +29,8 @@ pub fn untouched(lines: usize) -> Result<Buffer, MeasurementError> {
     })
 }
 
-/// A buffer on a node, filled with 1. A thread that is bound to a core of the node touches it first. If the
-/// node has no core, the memory of this thread is bound to the node.
+/// A buffer on a node, filled with 1. A new thread touches it first. This thread is bound to the cores of the node; if
+/// the node has none, the memory of the thread is bound to the node.
 pub fn on_node(topology: &Topology, node: u32, lines: usize) -> Result<Buffer, MeasurementError> {
     let cores = topology.cores.iter().filter(|core| core.numa_node == node);
     let threads: Vec<u32> = cores.flat_map(|core| core.threads.clone()).collect();

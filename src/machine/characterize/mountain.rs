@@ -27,7 +27,7 @@ struct Reader {
     /// First line of the present sweep.
     sweep: usize,
     next: usize,
-    /// Lines per repetition, one entry per stride.
+    /// Number of lines per repetition, for every stride.
     lines: Vec<usize>,
     right: bool,
 }

@@ -47,7 +47,7 @@ impl NoiseMonitor {
         }
     }
 
-    /// The observations. `scatter` is that of all measurements, `None` without repetitions.
+    /// The observations. `scatter` is the scatter of all measurements, `None` without repetitions.
     pub fn end(&self, scatter: Option<f64>) -> Noise {
         Noise {
             load: self.load,

@@ -69,7 +69,7 @@ const USUAL_CACHE: u64 = 32 << 20;
 /// require.
 const OUTGROWN: u64 = 4;
 
-/// Number of operating points per thread, unless it is varied.
+/// Number of operating points per thread, except in the measurements that vary this number.
 pub const POINTS: usize = 8;
 
 /// Number of modes at which the number of operating points is varied.
@@ -90,7 +90,7 @@ struct Scale {
     steps: u32,
     strides: &'static [usize],
     modes: &'static [usize],
-    /// Operating points per thread, besides [`POINTS`].
+    /// Numbers of operating points per thread, besides [`POINTS`].
     points: &'static [usize],
     /// Largest array of a stream over all threads \[bytes\].
     array: u64,
@@ -200,7 +200,7 @@ impl Planner<'_> {
         }
         for size in sizes(8 << 10, largest, self.scale.steps) {
             let lines = size as usize / LINE;
-            // The time of a sweep over few lines would mainly be that of the loop.
+            // A sweep over few lines would mainly measure the overhead of the loop.
             let strides = self.scale.strides.iter().copied();
             self.items.push(Item::MemoryMountain {
                 thread: first,
@@ -222,8 +222,8 @@ impl Planner<'_> {
         }
     }
 
-    /// Number of lines in each of the `arrays` arrays of a member, and whether the arrays are large enough to
-    /// outgrow the caches.
+    /// Number of lines in each of the `arrays` arrays of a member, and whether the arrays of the team are as large as
+    /// STREAM's rules require.
     fn array_lines(&self, team: &[HardwareThread], arrays: u64) -> (usize, bool) {
         let caches = match self.topology.caches.last() {
             Some(cache) => cache.size * caches_spanned(self.topology, team, cache) as u64,

@@ -63,7 +63,8 @@ impl Sample {
     }
 }
 
-/// Relative distance of the median repetition of a round from its best one: the median over all rounds.
+/// Relative distance of the median repetition of a round from its best one: the median over all rounds and figures.
+/// `None` without repetitions.
 pub fn scatter(samples: &[Sample]) -> Option<f64> {
     let mut behind: Vec<f64> = (samples.iter())
         .flat_map(|sample| sample.figures.iter().flatten())

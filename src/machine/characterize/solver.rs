@@ -89,13 +89,13 @@ fn tables(error: impl std::error::Error + Send + Sync + 'static) -> MeasurementE
     MeasurementError::Tables(Box::new(error))
 }
 
-/// Numbers that `closed_modes` reads per cycle. In every block it reads the motion of each pair of
-/// coordinates, and its part of the deflection at eight nodes. At each event it computes a dense product, and
-/// two more per cycle from modes to eigenvectors and back. Changes of stiffness in a closed contact are not
-/// counted.
+/// Work of `closed_modes` per cycle. In every block (window) it reads for each pair of coordinates four numbers that
+/// advance the pair, and its part of the deflection at eight nodes. Each event takes a dense product, and the change
+/// from modes to eigenvectors and back takes two per cycle. Changes of stiffness in a closed contact are not counted.
 fn work_of_closed_modes(modes: usize, counted: &Counters, bytes: usize) -> Work {
     const NODES: usize = 8;
-    /// Sets of closed contacts of the default drive; a block reads the numbers of one.
+    /// Linear systems of the default drive: each of two contacts is open or has one of two stiffnesses. A block reads
+    /// the numbers of one system.
     const SETS: f64 = 9.0;
     let block = (8 * (4 + 2 * NODES) * modes) as f64;
     let product = (8 * 4 * modes * modes.next_multiple_of(8)) as f64;

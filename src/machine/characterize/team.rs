@@ -133,7 +133,7 @@ pub fn work<S, R: Send>(
         }
         Ok(Some((times, finish(state), unbound)))
     };
-    // A new thread even for one member, so that the caller stays unbound.
+    // Start a new thread even for one member, so that the calling thread is not bound.
     let ended: Vec<_> = std::thread::scope(|scope| {
         let member = &member;
         let started: Vec<_> = (0..threads.len())
@@ -208,11 +208,11 @@ struct SpinBarrier {
     members: usize,
     waiting: AtomicUsize,
     passed: AtomicUsize,
-    /// Whether nobody waits any more.
+    /// Whether a member has panicked. Then no member waits.
     open: AtomicBool,
 }
 
-/// If its member panics, the other members neither wait for it nor repeat further.
+/// If the member that owns this value panics, the other members neither wait for it nor repeat further.
 struct ReleaseAfterPanic<'a>(&'a SpinBarrier, &'a AtomicBool);
 
 impl Drop for ReleaseAfterPanic<'_> {

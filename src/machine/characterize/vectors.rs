@@ -44,7 +44,7 @@ impl Set {
     }
 }
 
-/// Whether stores that bypass the caches exist here.
+/// Whether the loops have stores that bypass the caches on this architecture.
 pub const NON_TEMPORAL: bool = cfg!(target_arch = "x86_64");
 
 /// Number of parallel sums while reading.
@@ -92,7 +92,7 @@ macro_rules! loops {
                 }
                 for sum in sums {
                     let mut parts = [0.0; $width];
-                    // SAFETY: as many numbers as the vector has; need not be aligned.
+                    // SAFETY: `parts` is as long as the vector; the store needs no alignment.
                     unsafe { $unload(parts.as_mut_ptr(), sum) };
                     total += parts.iter().sum::<f64>();
                 }
@@ -110,7 +110,7 @@ macro_rules! loops {
                             if PAST { $stream(place, value) } else { $store(place, value) }
                         }
                     }
-                    // SAFETY: no instruction at all.
+                    // SAFETY: the assembly contains no instruction.
                     unsafe { asm!("", options(nostack, preserves_flags)) };
                 }
                 _mm_sfence();
@@ -151,7 +151,7 @@ macro_rules! loops {
                 let mut smallest = f64::INFINITY;
                 for sum in sums {
                     let mut parts = [0.0; $width];
-                    // SAFETY: as many numbers as the vector has; need not be aligned.
+                    // SAFETY: `parts` is as long as the vector; the store needs no alignment.
                     unsafe { $unload(parts.as_mut_ptr(), sum) };
                     smallest = parts.iter().fold(smallest, |m, v| m.min(*v));
                 }
@@ -204,7 +204,7 @@ loops!(
     |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c)
 );
 
-/// Loops that the compiler translates, without stores that bypass the caches.
+/// Loops without intrinsics, and without stores that bypass the caches.
 #[cfg(not(target_arch = "x86_64"))]
 mod baseline {
     use super::super::buffer::{LANES, Line};
@@ -228,7 +228,7 @@ mod baseline {
     pub fn copy<const PAST: bool>(from: &[Line], to: &mut [Line]) {
         for (from, to) in from.iter().zip(to) {
             *to = *from;
-            // SAFETY: no instruction at all.
+            // SAFETY: the assembly contains no instruction.
             unsafe { asm!("", options(nostack, preserves_flags)) };
         }
     }
@@ -266,7 +266,7 @@ macro_rules! by_set {
             // supports it.
             Set::Avx512 => unsafe { avx512::$name$(::<$past>)?($($argument),*) },
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: as above.
+            // SAFETY: as for `Set::Avx512`.
             Set::Avx2 => unsafe { avx2::$name$(::<$past>)?($($argument),*) },
             // SAFETY: every processor supports the baseline.
             #[allow(unused_unsafe)]

@@ -9,12 +9,12 @@ use super::rates::Rates;
 use crate::model::{Model, Segment};
 use std::sync::Arc;
 
-/// Which basis belongs to which segment?
+/// The basis of every segment, in contact and in free flight.
 #[derive(Debug)]
 struct SegmentBases {
-    /// One segment of each basis in contact.
+    /// Index of one segment for each basis in contact.
     contact: Vec<usize>,
-    /// One segment of each basis in free flight.
+    /// Index of one segment for each basis in free flight.
     flight: Vec<usize>,
     /// Indices of the bases of every segment, in contact and in free flight.
     of: Vec<[usize; 2]>,

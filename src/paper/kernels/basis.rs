@@ -178,7 +178,7 @@ impl Basis {
         })
     }
 
-    /// The same basis with products in single precision, for `size` states.
+    /// The same basis with products in single precision, for states of `size` components.
     pub fn in_single_precision(mut self, size: usize) -> Self {
         let length = self.length();
         let round = |operator: &Operator, rows, columns| {
@@ -368,13 +368,13 @@ impl Form {
 struct BasisParts {
     a: Mat<f64>,
     scale: Vec<f64>,
-    /// Slow blocks without an effect on others.
+    /// Slow blocks without an effect on other blocks.
     apart: Vec<usize>,
     rest: Vec<usize>,
     waves: Vec<Complex64>,
     columns: Vec<[Vec<f64>; 2]>,
     slow: Vec<Vec<f64>>,
-    /// Inverse of the basis of the rest: rows u₀, v₀, u₁, … and the slow ones.
+    /// Inverse of the basis over the blocks `rest`: rows u₀, v₀, u₁, … and the slow ones.
     inner: Mat<f64>,
 }
 
@@ -384,7 +384,7 @@ fn block_rate_bound(a: &Mat<f64>, n: usize, i: usize) -> f64 {
     det.abs().sqrt() + (a[(i, i)] + a[(n + i, n + i)]).abs()
 }
 
-/// Whether block `i` has no effect on other blocks.
+/// Whether block `i` has no effect on the other blocks.
 fn is_isolated(a: &Mat<f64>, n: usize, i: usize) -> bool {
     let is_of_block = |row: usize| row == i || row == n + i;
     (0..2 * n).all(|row| is_of_block(row) || (a[(row, i)] == 0.0 && a[(row, n + i)] == 0.0))

@@ -1,7 +1,7 @@
 //! Eigenvectors of nearly equal eigenvalues.
 //!
-//! Modes of one frequency, or identical shafts, give a generator the same eigenvalue several times. Its vectors are any
-//! basis of their common subspace, but a general decomposition returns nearly parallel ones. This module finds the
+//! Modes of equal frequency, or identical shafts, give a generator the same eigenvalue several times. Any basis of its
+//! subspace consists of eigenvectors, but a general decomposition returns nearly parallel ones. This module finds the
 //! subspace as a whole, by inverse iteration on a block, with an orthonormal basis V: `A V = V B` with `B = Vᴴ A V`.
 //! For a repeated eigenvalue, B is that value times the identity, to round-off, and V contains its eigenvectors. If
 //! eigenvalues differ by more than round-off, the eigenvectors of the small matrix B rotate V. They are computed from
@@ -28,7 +28,7 @@ const STEPS: usize = 6;
 /// An eigenvalue with its vector.
 pub type Pair = (Complex64, Vec<Complex64>);
 
-/// Replaces the vectors of nearly equal complex eigenvalues of `a`. All others, including real ones, stay unchanged.
+/// Replaces nearly equal complex eigenvalues of `a`, and their vectors. All others, also real ones, stay unchanged.
 /// `pairs`: eigenvalues with non-negative imaginary parts.
 pub fn separate(a: MatRef<'_, f64>, pairs: &mut [Pair]) {
     let size = a.norm_max() * a.nrows() as f64;
@@ -80,7 +80,7 @@ fn basis(a: MatRef<'_, f64>, pairs: &[Pair], members: &[usize], size: f64) -> Op
         c64(a[(i, j)], 0.0) - diagonal
     });
     let factors = PartialPivLu::new(shifted.as_ref());
-    // Start from vectors that are unlikely to be orthogonal to the subspace.
+    // Start from vectors that are unlikely to be orthogonal to the subspace of the cluster.
     let mut v = Mat::from_fn(n, m, |i, j| {
         let place = (1 + i + n * j) as f64;
         c64((1.3 * place * place).sin(), (0.7 * place * place).cos())

@@ -5,7 +5,7 @@ use crate::propagate::TableError;
 /// Numerical quality of one basis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Conditioning {
-    /// A mesh segment that uses it.
+    /// Index of a mesh segment that uses the basis.
     pub segment: usize,
     /// Whether the basis is for contact, not for free flight.
     pub touching: bool,

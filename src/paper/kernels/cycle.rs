@@ -2,8 +2,8 @@
 //!
 //! A stretch starts on a cell boundary or at an event. The kernel's [`Method`] moves the state to the end of the
 //! stretch or to the first event before it. In contact a stretch must not pass the end of its cell. In free flight, if
-//! the method allows it, only the end of the cycle and a change of direction limit it. A method may also cross several
-//! cells at once.
+//! the method allows it, a stretch spans several cells, up to the end of the cycle, a change of direction or
+//! [`Method::REACH`]. A method may also cross several cells in contact at once (a run).
 
 use super::cell_model::{CellModel, Position};
 use super::exits::{DeflectionAt, MarginAt};
@@ -18,7 +18,7 @@ use crate::propagate::{Counters, Event, FARTHEST, Observer, Stop, Tangents, salt
 pub trait Method: Sync {
     /// Scratch memory.
     type Scratch;
-    /// Largest product of a cell's length and the fastest rate.
+    /// Largest product of the length of a cell, or of a stretch over several cells, and the fastest rate.
     const REACH: f64;
     /// Whether stretches in free flight may span cells.
     const FLIES: bool;
@@ -29,7 +29,7 @@ pub trait Method: Sync {
     /// Scratch memory for a model.
     fn scratch(&self, cell_model: &CellModel<'_>) -> Self::Scratch;
 
-    /// Moves the state `z` to the first event of the stretch or to its end.
+    /// Moves the state `z` to the first event of the stretch and returns this event, or to the end of the stretch.
     fn pass(
         &self,
         cell_model: &CellModel<'_>,
@@ -119,7 +119,7 @@ impl CellModel<'_> {
             crossed: None,
         };
         let mut contact = trajectory.contact;
-        // An event that disappears before its delayed time belongs to no window.
+        // A stretch that ends at a time of the event grid without a change of contact is an additional window.
         let put_off = self.event_grid.unwrap_or(0) as usize;
         let mut changes = Changes::new(self.event_limit, self.grid.cells.len() + put_off);
         while position.cell < self.grid.cells.len() {
@@ -296,7 +296,7 @@ impl CellModel<'_> {
         Ok(())
     }
 
-    /// The last cell boundary that a stretch may reach.
+    /// Index of the last cell boundary that a stretch may reach.
     fn stop_cell<M: Method>(&self, position: &Position, contact: ActiveSet) -> usize {
         let mut stop = position.cell + 1;
         if contact.touching() || !M::FLIES {
@@ -315,7 +315,8 @@ impl CellModel<'_> {
         stop
     }
 
-    /// The contact whose surface a stretch starts beyond, by more than round-off.
+    /// The first contact whose margin is negative at the start of a stretch, by more than round-off; `None` if there is
+    /// none.
     fn outside(&self, stretch: &StatePart, deflection: f64) -> Option<usize> {
         let here = DeflectionAt {
             time: 0.0,
@@ -375,7 +376,8 @@ impl CellModel<'_> {
         changes.meet(&event, observer, counters)
     }
 
-    /// Passes the cells of a run to the observer one by one; their start states follow from the same generators.
+    /// Passes the cells of a run to the observer one by one. The start state of each follows from the Taylor series of
+    /// the cell before.
     fn show_run<O: Observer, S>(
         &self,
         stretch: &StatePart,

@@ -1,8 +1,8 @@
 //! Dyadic descent: only propagators for Δ/2ᵐ.
 //!
-//! A cell without a certificate is halved, left half first, with one product per guard evaluation, down to Δ/2²⁰; the
-//! last stretch is a polynomial. The rest of a cell after an event is crossed in steps from the binary digits of its
-//! length.
+//! A cell without a certificate is halved, left half first, with one product per guard evaluation, down to Δ/2²⁰. On
+//! this last interval δ is a polynomial. The rest of a cell after an event is crossed in steps from the binary digits
+//! of its length.
 
 use super::cell_model::CellModel;
 use super::cycle::Method;
@@ -22,7 +22,7 @@ use crate::propagate::Counters;
 /// Largest number of halvings of a cell.
 pub const LEVELS: usize = 20;
 
-/// Terms of the polynomial on the last stretch: (2·2⁻²⁰)⁵/5! is 10⁻³⁰.
+/// Terms of the polynomial on the last interval: (2·2⁻²⁰)⁵/5! is below 10⁻³⁰.
 const LAST_TERMS: usize = 4;
 
 /// The kernel of dyadic descent for one model.
@@ -76,7 +76,7 @@ impl<'m> Dyadic<'m> {
     /// * `event_limit`: largest number of events in a mesh cycle; integration stops at more.
     ///
     /// # Errors
-    /// The stiffness varies within a segment, or the speed is too slow for tables.
+    /// [`DenseError`] if tables cannot represent the model, or the speed is too slow for them.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, DyadicTables::REACH, event_limit, None)?;
         let tables = ClassTables::new(&cell_model, |generator, class, _| {
@@ -264,7 +264,7 @@ impl Method for DyadicTables {
 }
 
 impl DyadicTables {
-    /// The last stretch, shorter than any step of the tables: a polynomial.
+    /// Passes an interval no longer than the shortest step of the tables, with a polynomial. Returns its first event.
     #[expect(
         clippy::too_many_arguments,
         reason = "the state of the published algorithms"

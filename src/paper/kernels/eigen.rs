@@ -16,7 +16,8 @@ pub struct Eigen {
     pub slow: Vec<Vec<f64>>,
 }
 
-/// The fast eigenvalues of a matrix with non-negative imaginary parts, with their vectors.
+/// The fast eigenvalues of a matrix whose imaginary parts are not negative, with their vectors; `None` if they are not
+/// found.
 fn fast(a: &Mat<f64>, slow_rate: f64) -> Option<Vec<Pair>> {
     let size = a.nrows();
     let found = a.eigen().ok()?;
@@ -94,8 +95,8 @@ const REFINEMENTS: usize = 2;
 /// Two eigenvalues are not refined if their coupling exceeds this fraction of their distance.
 const TOO_CLOSE: f64 = 0.01;
 
-/// Removes the round-off of the eigenvalue iteration from waves and slow subspace: cancels their couplings in their own
-/// coordinates to first order.
+/// Removes the round-off of the eigenvalue iteration from waves and slow subspace. With the matrix W of all columns, it
+/// cancels to first order the entries of `W⁻¹ A W` that couple them.
 pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
     let (size, count, slow) = (a.nrows(), found.waves.len(), found.slow.len());
     let index: Vec<usize> = (0..size).collect();
@@ -169,8 +170,8 @@ pub fn refine(a: &Mat<f64>, found: &mut Eigen) {
     }
 }
 
-/// Inverse of the basis of the blocks at `index`, rows u₀, v₀, u₁, … and the slow ones, and its
-/// condition number; v of a real wave has a zero row.
+/// Inverse of the basis over the components at `index`, with the rows u₀, v₀, u₁, … and the slow ones, and condition
+/// number of the basis. v of a real wave has a zero row. `None` if the basis is not square.
 pub fn invert(
     index: &[usize],
     columns: &[[Vec<f64>; 2]],
@@ -214,8 +215,8 @@ pub fn invert(
     Some((inverse, condition))
 }
 
-/// Adds the contributions of the waves to the separate blocks to their columns: for each of these blocks
-/// `(λ − A) X = A_other V`.
+/// Sets the entries of the waves' columns in the blocks `apart`, which the waves drive: for each of these blocks
+/// `(λ − A) X = A_other V`, with the column V in the other blocks.
 pub fn follow(a: &Mat<f64>, apart: &[usize], waves: &[Complex64], columns: &mut [[Vec<f64>; 2]]) {
     let n = a.nrows() / 2;
     for (&lambda, pair) in waves.iter().zip(columns) {

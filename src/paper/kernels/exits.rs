@@ -1,4 +1,4 @@
-//! When does a guard with values at any time first become negative?
+//! When does a margin first become negative? A guard gives δ, δ' and δ'' at any time.
 //!
 //! The margin m of a contact state is positive inside it. On an interval \[a, b\] with known values, slopes and
 //! curvatures at both ends, and bounds of |m''| and |m'''|, certificates decide: no exit, or exactly one root. All
@@ -72,7 +72,7 @@ pub enum Verdict {
     Split,
 }
 
-/// Decides on the interval between two times; `root`: the margin is zero at the first.
+/// The verdict on the interval between two times; `root`: the margin is zero at the first.
 pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict {
     let h = b.time - a.time;
     let around = a.curvature.abs().max(b.curvature.abs()) + 0.5 * bounds.third * h;
@@ -116,8 +116,8 @@ pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict
     Verdict::Split
 }
 
-/// The earliest time at which the margin becomes negative between two times. `guard` returns δ, δ', δ'' at any time in
-/// between; `root`: the margin is zero at the first.
+/// The earliest time at which the margin becomes negative between two times; `None` if it does not. `guard` returns δ,
+/// δ', δ'' at any time in between; `root`: the margin is zero at the first.
 pub fn earliest_exit(
     margin: &Margin,
     [first, last]: [&DeflectionAt; 2],
@@ -160,7 +160,8 @@ pub fn earliest_exit(
 /// Largest number of steps of the iteration, enough for bisection alone.
 const MOST_STEPS: usize = 60;
 
-/// A step this small, relative to the interval and to slope over curvature, leaves an error of its cube.
+/// A step this small, relative to the interval and to slope over curvature, ends the iteration: the error is of the
+/// order of its cube.
 const LAST_STEP: f64 = 1e-6;
 
 /// The one root between two times, the margin positive just after the first and negative at the second: Halley's
@@ -392,7 +393,7 @@ mod tests {
             ([0.0, -1.0, 0.0, 0.0], true, Verdict::AtStart),
             // A value within round-off of zero counts as a root.
             ([1e-13, 1.0, 0.0, 0.0], false, Verdict::Clear),
-            // Arches: above zero, back through zero; from a root: above zero, back through zero, downwards.
+            // Arches that stay above zero or return through zero; then the same from a root; then one that falls.
             ([1.0, 2.0, -4.0, 0.0], false, Verdict::Clear),
             ([1.0, 2.0, -8.0, 0.0], false, Verdict::Single),
             ([0.0, 2.0, -3.0, 0.0], true, Verdict::Clear),

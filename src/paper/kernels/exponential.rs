@@ -6,7 +6,7 @@
 use super::generator::Generator;
 use faer::{Mat, MatRef};
 
-/// Largest product of rate and step for the series.
+/// Largest product of rate and step for the Taylor series.
 const SERIES_REACH: f64 = 0.25;
 
 /// Terms of the series: 0.25¹⁵/15! is 10⁻²¹.
@@ -59,14 +59,14 @@ pub fn propagator(generator: &Generator, rate: f64, duration: f64) -> Mat<f64> {
     plus_one(increment(generator, rate, duration))
 }
 
-/// Steps and terms of a bound: each step has at most this product of rate and length.
+/// Largest product of rate and length of a step of a bound; below, its number of terms.
 const BOUND_REACH: f64 = 0.25;
 const BOUND_TERMS: usize = 12;
 
 /// Allowance for rounding in a bound.
 const SLACK: f64 = 1.0 + 1e-9;
 
-/// Widens `bound`, entry by entry, to `|row e^{Lt} through|` for all t in \[0, `duration`\].
+/// Raises `bound`, entry by entry, to an upper bound of `|row e^{Lt} through|` for all t in \[0, `duration`\].
 pub fn bound_row(
     generator: &Generator,
     rate: f64,
@@ -123,8 +123,8 @@ mod tests {
     use crate::kernels::fixtures;
     use crate::model::{Model, OperatingPoint};
 
-    /// In a hundred steps of a strongly damped mode, no entry exceeds its bound, and no bound is far from the largest
-    /// entry. This includes the transmission error, which rotates seven times as fast.
+    /// At 131 times of the motion of a strongly damped mode, no entry exceeds its bound, and no bound is far from the
+    /// largest entry. This includes the transmission error, which rotates eight times as fast.
     #[test]
     fn a_bound_lies_close_above_the_row() {
         let (frequency, damping) = (3000.0, 0.3);

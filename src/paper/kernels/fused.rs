@@ -2,9 +2,9 @@
 //!
 //! A run is a group of neighbouring cells. The rows of a table give δ at the ends of its cells from the state at its
 //! start, and a bound of δ''. The bound limits how far δ sags below the chord between two cell ends. If the margin at
-//! every cell end exceeds this sag, the run has no event, and one product advances the state. A whole cycle has no event
-//! if the smallest margin of the steady cycle exceeds a bound of the difference in δ, which is a weighted sum of the
-//! absolute differences of the state from the steady one. The spectral kernel does everything else.
+//! every cell end exceeds this sag, the run has no event, and one product advances the state. A whole cycle has no
+//! event if the smallest margin of the steady cycle exceeds a bound of the difference in δ, which is a weighted sum of
+//! the absolute differences of the state from the steady one. The spectral kernel does everything else.
 
 use super::DenseError;
 use super::bases::Bases;
@@ -39,7 +39,7 @@ pub struct FusedTables {
     steady: Steady,
 }
 
-/// Products of cells for one speed.
+/// Products of the propagators of cells, for one speed.
 struct Products {
     runs: Vec<Run>,
     cycle: CycleMap,
@@ -53,7 +53,7 @@ struct Run {
     map: Operator,
     /// δ at the ends of its cells.
     ends: Operator,
-    /// Bound of δ'' over the run, as a row over sizes, times Δ²/8.
+    /// Row whose product with the absolute values of a state bounds |δ''| Δ²/8 over the run.
     sag: Vec<f64>,
 }
 
@@ -125,7 +125,8 @@ impl<'m> Fused<'m> {
     }
 }
 
-/// Runs that can start at each cell, longest first, as indices into the list of their cells' classes.
+/// The distinct runs, each as the classes of its cells. For every cell the indices of the runs that can start there,
+/// longest first.
 fn runs(cell_model: &CellModel<'_>) -> (Vec<Vec<usize>>, Vec<Vec<usize>>) {
     let grid = &cell_model.grid;
     let direction = |cell: usize| {

@@ -4,10 +4,11 @@
 //! z = (x, f, s b, cos θ₁, sin θ₁, …),   z' = L z
 //! ```
 //!
-//! x contains the blocks of the model (first components, then second components), f is the load, s the side of the
-//! contact (+1 drive, −1 coast), b the half gap. One (cos, sin) pair per harmonic of torque ripple and transmission
-//! error carries its phase. With f and s b as coordinates, one operator serves both flanks, every load and every gap.
-//! Tangent vectors are states whose carried entries are zero.
+//! x contains the blocks of the model (first components, then second components), f is the load in units of the rated
+//! load, s the side of the contact (+1 drive, −1 coast), b the half gap. One (cos, sin) pair per harmonic of torque
+//! ripple and transmission error contains its phase. With f and s b as coordinates, one operator serves both flanks,
+//! every load and every gap. The entries after x are the carried entries. Tangent vectors are states whose carried
+//! entries are zero.
 
 use super::matrix::{add_scaled, blocks_and_inputs, dot, padded};
 use crate::model::{MeshGain, Model, Segment};
@@ -18,9 +19,9 @@ use faer::Mat;
 pub struct Layout {
     /// Modes N; x is of length 2N.
     pub modes: usize,
-    /// Harmonics of torque ripple; their pairs come first.
+    /// Number of harmonics of torque ripple; their pairs come first.
     pub ripples: usize,
-    /// Harmonics of transmission error.
+    /// Number of harmonics of transmission error.
     pub errors: usize,
 }
 
@@ -34,7 +35,7 @@ impl Layout {
         }
     }
 
-    /// Harmonics of torque ripple and transmission error.
+    /// Number of harmonics of torque ripple and transmission error.
     pub fn harmonics(&self) -> usize {
         self.ripples + self.errors
     }
@@ -54,12 +55,12 @@ impl Layout {
         2 * self.modes + 2
     }
 
-    /// Entries of an augmented state.
+    /// Number of entries of an augmented state.
     pub fn dimension(&self) -> usize {
         self.pairs() + 2 * self.harmonics()
     }
 
-    /// Doubles of an augmented state in whole lane groups.
+    /// Number of doubles of an augmented state in whole lane groups.
     pub fn padded(&self) -> usize {
         padded(self.dimension())
     }

@@ -5,7 +5,7 @@ use crate::model::{Contact, Model, Release};
 use crate::propagate::TableError;
 use crate::propagate::{SAME_LENGTH, Volterra};
 
-/// Distance below which a boundary coincides with an end of one of the equal parts, in lengths of a part.
+/// Largest excess of a segment over a whole number of equal parts of the cycle that adds no cell, in lengths of a part.
 const ON_BOUNDARY: f64 = 1e-9;
 
 /// Largest number of cells per cycle: their tables are dense.
@@ -29,7 +29,7 @@ pub struct Class {
     pub segment: usize,
     /// Length Δ \[s\].
     pub duration: f64,
-    /// Index of its flight: cells of one length and direction share the operators of free flight.
+    /// Index in [`Grid::flights`]: cells of one length and direction share the operators of free flight.
     pub flight: usize,
 }
 
@@ -40,7 +40,7 @@ pub struct Grid {
     pub cells: Vec<Cell>,
     /// Distinct (stiffness, damping, direction, length).
     pub classes: Vec<Class>,
-    /// One class of each flight.
+    /// Distinct (direction, length), each by the index of one of its classes.
     pub flights: Vec<usize>,
     /// Mesh period \[s\].
     pub period: f64,
@@ -97,7 +97,7 @@ impl Grid {
     /// `reach` divided by the fastest rate.
     ///
     /// # Errors
-    /// The stiffness varies within a segment, or tables would need too many cells.
+    /// As for [`fits`], or tables would need too many cells.
     pub fn new(model: &Model, cells: u32, reach: f64) -> Result<Self, DenseError> {
         fits(model)?;
         let cycle = model.first_cycle();
@@ -126,7 +126,7 @@ impl Grid {
         Ok(grid)
     }
 
-    /// The class of a segment's cells; adds it if it is new.
+    /// Index of the class of a segment's cells; adds the class if it is new.
     fn class(&mut self, model: &Model, segment: usize, duration: f64) -> usize {
         let segments = &model.first_cycle().segments;
         let same_length =

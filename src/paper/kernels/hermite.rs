@@ -1,9 +1,9 @@
 //! Certificates from rows, a cubic Hermite guess, and few products.
 //!
-//! Rows give δ, δ' and δ'' at eight nodes of a cell from the state at its start, without propagating it. With a bound
-//! of δ'' they certify most cells, which one product then crosses. Otherwise a second product moves the state to the
-//! node before the exit, and the guard becomes a polynomial there. Its root is refined from the cubic through values
-//! and slopes at the nodes.
+//! Rows give δ, δ' and δ'' at eight nodes of a cell from the state at its start, without propagating it. With bounds
+//! of δ'' and δ''' they certify most cells, which one product then crosses. Otherwise a second product moves the state
+//! to the node before the interval without a certificate, and δ becomes a polynomial there. Its root is refined from
+//! the cubic through the values and slopes at both ends of the interval.
 
 use super::DenseError;
 use super::cell_model::CellModel;
@@ -99,7 +99,7 @@ impl<'m> Hermite<'m> {
     /// * `event_limit`: largest number of events in a mesh cycle; integration stops at more.
     ///
     /// # Errors
-    /// The stiffness varies within a segment, or the speed is too slow for tables.
+    /// [`DenseError`] if tables cannot represent the model, or the speed is too slow for them.
     pub fn new(model: &'m Model, cells: u32, event_limit: u32) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, cells, HermiteTables::REACH, event_limit, None)?;
         let tables = ClassTables::new(&cell_model, |generator, class, _| {

@@ -27,7 +27,7 @@ impl<'m> PowerJumps<'m> {
     /// Maps for jumps of up to `most` mesh cycles; longer jumps repeat them.
     ///
     /// # Errors
-    /// The stiffness varies within a segment, or the speed is too slow for tables.
+    /// [`DenseError`] if tables cannot represent the model, or the speed is too slow for them.
     pub fn new(model: &'m Model, most: u64) -> Result<Self, DenseError> {
         let cell_model = CellModel::new(model, 1, SpectralTables::REACH, 0, None)?;
         let grid = &cell_model.grid;

@@ -53,7 +53,7 @@ impl<M: Method> Kernel for Dense<'_, M> {
     }
 }
 
-/// One table per class of cells in contact, and one per flight: length and direction of cells in free flight.
+/// One table per class of cells in contact, and one per flight (length and direction of cells) in free flight.
 #[derive(Debug)]
 pub struct ClassTables<T> {
     contact: Vec<T>,

@@ -27,7 +27,7 @@ pub fn padded(count: usize) -> usize {
 #[derive(Debug)]
 pub struct Operator {
     data: Vec<f64>,
-    /// Where a cache line starts; the numbers begin here.
+    /// Index in `data` of the first number, which is at the start of a cache line.
     from: usize,
     groups: usize,
     columns: usize,
@@ -74,8 +74,7 @@ impl Operator {
         self.numbers()[lanes * LANES + row % LANES]
     }
 
-    /// Writes the product with `x` (at least as long as the columns) to `y` (as long as the
-    /// padded rows).
+    /// Writes the product with `x` (at least one entry per column) to `y` (at least one entry per padded row).
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
         y[..self.groups * LANES].fill(0.0);
         self.apply_more(x, y);

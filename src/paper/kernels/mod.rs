@@ -1,12 +1,13 @@
-//! The table kernels: dense propagators on unit steps of the mesh cycle, as published for this class of drive. They
-//! differ in how they find events.
+//! The table kernels: dense propagators on unit steps (cells) of the mesh cycle, as published for this class of drive.
+//! They differ in how they find events. A guard gives δ, δ' and δ'' at a time. A certificate proves from guards at two
+//! times and bounds of derivatives that a stretch between them has no event, or exactly one.
 //!
 //! | kernel | method |
 //! |---|---|
 //! | [`Dyadic`] | propagators for Δ/2ᵐ; halving brackets an event, with one product per guard evaluation |
-//! | [`Hermite`] | certificates from rows, a cubic Hermite guess, one or two more products |
+//! | [`Hermite`] | guards from rows, without propagation; a cubic Hermite guess, one or two more products |
 //! | [`Spectral`] | damped sinusoids: events by scalar root finding, two products per stretch |
-//! | [`Fused`] | the same, and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
+//! | [`Fused`] | as [`Spectral`], and certified runs of 1, 2, 4, 8 cells or a whole cycle in one product |
 //!
 //! [`PowerJumps`] crosses any number of cycles of constant contact.
 //!
@@ -65,7 +66,7 @@ use gearatlas_core::structure::ModalStructure;
 /// Size of a kernel's tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct TableSize {
-    /// Dense operators.
+    /// Number of dense operators.
     pub operators: usize,
     /// Bytes of the operators.
     pub bytes: usize,

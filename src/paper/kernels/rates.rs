@@ -7,7 +7,7 @@ use crate::propagate::Volterra;
 /// (λT)⁻² of accuracy.
 pub const SLOW: f64 = 0.5;
 
-/// Limit of slow eigenvalues, relative to the fastest rate, if no eigenvalue is near it: [`SLOW`] for a mesh period of
+/// Usual limit of slow eigenvalues, relative to the fastest rate. It equals [`SLOW`] per mesh period if the period is
 /// 2048 divided by the fastest rate. Practical drives have shorter periods.
 const SLOWEST: f64 = SLOW / 2048.0;
 

@@ -1,4 +1,4 @@
-//! The guard of a short stretch as a Taylor polynomial, and certificates from rows.
+//! δ on a short stretch as a Taylor polynomial, and certificates from rows.
 
 use super::exits::{Bounds, DeflectionAt, MarginAt, Verdict, earliest_exit, judge};
 use super::exponential::bound_row;
@@ -10,7 +10,7 @@ use crate::model::Contact;
 use crate::propagate::Counters;
 use crate::propagate::events::Margin;
 
-/// Terms of a guard's polynomial: 0.25¹⁶/16! is 10⁻²³.
+/// Terms of the polynomial. On a stretch of 0.25 over the fastest rate, the next term is about 0.25¹⁶/16! = 10⁻²³.
 pub const TERMS: usize = 16;
 
 /// δ as a polynomial of the time since a state.
@@ -73,7 +73,7 @@ impl BoundRows {
     }
 }
 
-/// The worst verdict on all margins of a stretch between two times.
+/// The verdict on all margins of a stretch between two times: [`Verdict::Split`] if several are not clear.
 pub fn judge_all(
     stretch: &StatePart,
     contacts: &[Contact],
@@ -98,8 +98,8 @@ pub fn judge_all(
     worst
 }
 
-/// The first exit within `duration` for a guard with values at any time, including both ends; `starts`: the stretch
-/// starts here.
+/// The first exit between two times, whose deflections are `ends`; `None` without one. `guard` gives δ, δ', δ'' at any
+/// time between them; `starts`: the stretch starts at the first.
 pub fn locate(
     stretch: &StatePart,
     contacts: &[Contact],

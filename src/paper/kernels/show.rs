@@ -1,6 +1,6 @@
 //! A stretch in the form for observers: Legendre series of deflection and force.
 //!
-//! The series follow from Taylor series of the structured generator, so that they do not depend on the kernel's tables.
+//! The series follow from Taylor series with the generator (`generator`), so that they do not depend on the tables.
 
 use super::cell_model::CellModel;
 use super::generator::Generator;
@@ -97,7 +97,7 @@ impl Taylor {
     }
 }
 
-/// Values of a power series at some times.
+/// Values of a power series at 24 times.
 fn evaluate(series: &[f64], times: &[f64; 24]) -> [f64; 24] {
     let mut sums = [0.0; 24];
     for c in series.iter().rev() {

@@ -41,7 +41,7 @@ impl SingleOperator {
         }
     }
 
-    /// Writes the product with `x` (at least as long as the columns) to the first rows of `y`.
+    /// Writes the product with `x` (at least one entry per column) to the first entries of `y`, one per row.
     pub fn apply(&self, x: &[f64], y: &mut [f64]) {
         multiply(&self.numbers, &x[..self.columns], &mut y[..self.rows]);
     }

@@ -1,8 +1,8 @@
 //! Closed-form event location in spectral coordinates.
 //!
 //! One product transforms the state to the basis of its segment and contact state, where the deflection is a sum of
-//! damped sinusoids and a polynomial. All work up to the event is scalar there; a second product transforms back. Free
-//! flight is one such stretch over any number of cells.
+//! damped sinusoids and a polynomial. All work up to the event is scalar there; a second product transforms back. A
+//! stretch of free flight may span several cells.
 
 use super::DenseError;
 use super::bases::Bases;
@@ -41,7 +41,7 @@ pub struct SpectralScratch {
     at: Coordinates,
     amplitudes: [Vec<f64>; 2],
     factors: Factors,
-    /// The contact table to which `factors` belong: whether in contact, and its index.
+    /// The table to which `factors` belong: whether it is for contact, and its index.
     prepared: Option<(bool, usize)>,
 }
 
@@ -55,8 +55,8 @@ impl<'m> Spectral<'m> {
     ///   The error is of first order. `None`: events stay at their times.
     ///
     /// # Errors
-    /// The stiffness varies within a segment, the speed is too slow for tables, eigenvectors are nearly parallel, or an
-    /// undamped mode is in resonance with a harmonic.
+    /// [`DenseError`] if tables cannot represent the model, the speed is too slow for them, eigenvectors are nearly
+    /// parallel, or an undamped mode is in resonance with a harmonic.
     pub fn new(
         model: &'m Model,
         cells: u32,
@@ -125,7 +125,7 @@ impl SpectralTables {
         self.bases.all().map(|basis| basis.conditioning)
     }
 
-    /// Moves `scratch.y` over the first `time` of a stretch and writes the state.
+    /// Advances the coordinates `scratch.at` over the first `time` of a stretch, and writes the state to `z`.
     fn back(
         &self,
         cell_model: &CellModel<'_>,

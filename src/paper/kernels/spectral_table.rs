@@ -6,8 +6,8 @@
 //! ```
 //!
 //! S contains the steady responses to the carried entries c. Those of waves to a harmonic ω are scalars, `(λ² + ω²)⁻¹`
-//! times the product of W⁻¹ with the input; those of the slow group follow from a small system. A wave that rotates in
-//! a mesh cycle no more than the slow group is advanced with that group at this speed: splitting a constant input off
+//! times the product of W⁻¹ with the input; those of the slow group follow from a small system. A late wave has |λ|
+//! below half a radian per mesh cycle at this speed. It is advanced with the slow group: splitting a constant input off
 //! it would lose accuracy.
 
 use super::DenseError;
@@ -31,15 +31,15 @@ fn in_resonance(lambda: Complex64, omega: f64) -> bool {
     denominator.norm() < RESONANCE * (lambda.norm_sqr() + omega * omega)
 }
 
-/// One basis, ready for use at one speed.
+/// A basis with the data for one speed.
 #[derive(Debug)]
 pub struct SpectralTable {
     basis: Arc<Basis>,
-    /// −S: the contribution of carried entries to spectral coordinates.
+    /// −S: the contribution of the carried entries c to spectral coordinates.
     steady: Operator,
     /// W S: their contribution to the state.
     response: Operator,
-    /// Number of states, which is the index of f and s b, and the carried entries.
+    /// Number 2N of components of x, and number of carried entries after them.
     states: usize,
     carried: usize,
     /// Waves that are advanced with the slow group.
@@ -49,7 +49,7 @@ pub struct SpectralTable {
     pub nu: Vec<f64>,
     /// |λ| of the waves.
     pub sizes: Vec<f64>,
-    /// Growth of the fastest growing wave \[1/s\]; positive only with friction.
+    /// Growth rate of the fastest growing wave \[1/s\], which exists only with friction; 0 without one.
     pub growth: f64,
     /// Deflection in terms of u and v; zero for waves that are advanced with the slow group.
     pub gains: [Vec<f64>; 2],
@@ -277,7 +277,7 @@ impl SpectralTable {
         Ok(table)
     }
 
-    /// Operators specific to this speed.
+    /// The operators that depend on the speed.
     pub fn operators(&self) -> [&Operator; 2] {
         [&self.steady, &self.response]
     }
@@ -403,7 +403,7 @@ fn powers(g: &Mat<f64>) -> Vec<Vec<f64>> {
     all
 }
 
-/// A row of deflection times every power, without the zero rows at the end.
+/// The products of a row that gives the deflection with every power, without the zero rows at the end.
 fn polynomial(row: &[f64], powers: &[Vec<f64>]) -> Vec<f64> {
     let size = row.len();
     let rows_seen = powers.iter().map(|power| -> Vec<f64> {

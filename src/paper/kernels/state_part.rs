@@ -9,7 +9,7 @@ pub struct StatePart {
     pub cell: usize,
     /// Contact state.
     pub contact: ActiveSet,
-    /// Length \[s\].
+    /// Duration \[s\].
     pub duration: f64,
     /// Whether the part is a whole cell.
     pub whole: bool,

@@ -15,7 +15,7 @@ use faer::Mat;
 #[derive(Debug)]
 pub(super) struct CycleMap {
     pub map: Operator,
-    /// Bound of |δ| over a cycle as a row for the absolute values of a difference of states.
+    /// Row whose product with the absolute values of a difference of states bounds |δ| of this difference over a cycle.
     reach: Vec<f64>,
 }
 

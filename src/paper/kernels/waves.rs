@@ -21,7 +21,7 @@ const HALF_PI: [f64; 3] = [
 /// ln 2 in two parts, the first of 32 bits.
 const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
 
-/// Exponents beyond these overflow.
+/// Exponents are limited to this size, because larger ones overflow.
 const LARGEST_EXPONENT: f64 = 700.0;
 
 const SINE: [f64; 6] = [
@@ -192,8 +192,8 @@ pub fn turn(factors: [&[f64]; 2], u: &mut [f64], v: &mut [f64]) {
     }
 }
 
-/// Complex amplitudes `(g − ih)(u + iv)` of the guard's waves, and the sums of their magnitudes, weighted by the powers
-/// 0 … 3 of their rates.
+/// Writes the complex amplitudes `(g − ih)(u + iv)` of the waves of δ to `re` and `im`. Returns the sums of
+/// |re| + |im|, weighted by the powers 0 … 3 of the rates `sizes`.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx2+fma", "x86_64+avx2+fma"))]
 pub fn amplitudes(
     gains: [&[f64]; 2],

@@ -50,8 +50,8 @@ fn without_free_rotation(model: &Model, state: &[f64]) -> Vec<f64> {
     kept.map(|i| state[i]).collect()
 }
 
-/// A cycle of constant contact by segments, by fused cells, by small steps and by the structured kernel, and a million
-/// cycles at once.
+/// A cycle of constant contact by segments, by fused cells, by small steps and by `volterra`, and a million cycles at
+/// once.
 pub fn cycles() -> Value {
     let mut found = Map::new();
     for modes in [2, 6, 40] {

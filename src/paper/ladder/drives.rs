@@ -14,14 +14,15 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-/// Five slices of misalignment. Dense tables accept one line of action, and the error of loaded flanks as harmonics.
+/// Changes of the manifest for five slices of misalignment. Dense tables accept only one line of action, and the error
+/// of loaded flanks only as harmonics.
 const DRIFTING: [&str; 3] = [
     "mesh.shaft_tilt=",
     r#"mesh.coast_flank="same_line""#,
     "excitation.table_harmonics=6",
 ];
 
-/// Five nearly equal slices.
+/// Change of the manifest for five nearly equal slices.
 const STILL: &str = r#"grid."mesh.misalignment"={values=["0.1 mrad","0.1000001 mrad","0.1000002 mrad","0.1000003 mrad","0.1000004 mrad"]}"#;
 
 /// Number of repetitions, whose median is the result.
@@ -52,8 +53,8 @@ fn median(measure: impl Fn() -> f64) -> f64 {
     found[REPEATS / 2]
 }
 
-/// Simulated time divided by computing time, with the bases built beforehand. The state is carried from one misalignment
-/// to the next.
+/// Simulated time divided by computing time, with the bases built beforehand. The state is carried from one
+/// misalignment to the next.
 fn speed(changes: &[&str]) -> f64 {
     let job = job(
         include_str!("../../../manifests/misalignment-drift.toml"),

@@ -1,5 +1,5 @@
-//! The paper's kernels on the paper's cases, together with the structured kernel in the same run: Tables 1 to 5,
-//! Figures 3 to 6, and the event path in single precision.
+//! The paper's kernels on the paper's cases, together with the kernel `volterra` in the same run: Tables 1 to 5,
+//! Figures 3 to 6, and `spectral` in single precision.
 //!
 //! Compared codes run alternately, in rounds, timed by the thread's processor time; results are medians.
 

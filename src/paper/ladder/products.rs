@@ -9,8 +9,8 @@ use std::hint::black_box;
 /// Rows and columns of the paper's operators.
 const DIMENSIONS: [usize; 3] = [31, 41, 81];
 
-/// Numbers of alternating operators: one stays in the nearest cache, then a table of the paper, then more bytes than
-/// any cache holds.
+/// Number of operators in a table of the paper. A single operator, which stays in the nearest cache, and operators of
+/// [`BEYOND_CACHES`] bytes are measured too.
 const TABLE: usize = 120;
 const BEYOND_CACHES: usize = 256 << 20;
 

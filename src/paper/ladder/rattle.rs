@@ -268,7 +268,7 @@ pub fn conditioning() -> Value {
     };
     let volterra = scenes::volterra(&model);
     let dyadic = Dyadic::size(&model, CELLS).expect("tables");
-    // Compare with small steps and the independent integrator, cycle by cycle from one start.
+    // Compare `spectral` with the other integrators, cycle by cycle, each time from a common start.
     let norm = EnergyNorm::new(&model);
     let steps = (model.period() / 1e-7).round() as u32;
     let brute = Stepping::new(&model, steps, LIMIT);
@@ -314,8 +314,8 @@ pub fn conditioning() -> Value {
     })
 }
 
-/// Count of numbers in the structured kernel's tables: those of one window, and the solution for each further stiffness
-/// (two lists of nine eighths).
+/// Count of numbers in the tables of `volterra`: those of one window, and the solution for each further stiffness (two
+/// lists of nine groups of eight).
 fn volterra_numbers(kernel: &Volterra<'_>, model: &Model) -> usize {
     let mut levels: Vec<u64> = (model.first_cycle().segments.iter())
         .map(|segment| segment.stiffness.mean().to_bits())

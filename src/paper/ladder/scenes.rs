@@ -46,7 +46,7 @@ pub fn model_of((structure, drive, point): &Case) -> Model {
     Model::new(structure, drive, *point).expect("a case of the paper")
 }
 
-/// The structured kernel with a tolerance at round-off.
+/// The kernel `volterra` with a tolerance at round-off.
 pub fn volterra(model: &Model) -> Volterra<'_> {
     Volterra::new(model, f64::EPSILON, 1000)
 }
@@ -68,7 +68,7 @@ pub fn settled(model: &Model) -> TrajectoryState {
     trajectory
 }
 
-/// Largest difference of two states, each half relative to its largest entry in `b`; the larger of the two.
+/// Largest difference of two states. Displacements and velocities are each relative to their largest entry in `b`.
 pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     let part = |range: std::ops::Range<usize>| {
         let (a, b) = (&a[range.clone()], &b[range]);

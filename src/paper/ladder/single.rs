@@ -1,7 +1,7 @@
 //! Single precision as in the paper: products in 32 bits, the search for events in 64.
 //!
-//! The event path is timed next to the one in double precision, and its error is measured. A product is also timed,
-//! alone and within a whole table, to show its part of the path.
+//! The kernel `spectral` is timed in both precisions, and the error of single precision is measured. A product is also
+//! timed, alone and with as many matrices as a whole table, to show its share of the time.
 
 use super::rattle::{CELLS, LIMIT, kernels, side_by_side, sixty_levels};
 use super::rounds::{Contender, race};
@@ -16,7 +16,7 @@ use std::hint::black_box;
 /// Cycles that are compared.
 const COMPARED_CYCLES: usize = 20;
 
-/// Time of one product \[ns\] in 64 and in 32 bits, with `operators` of them in turn.
+/// Time of one product \[ns\] in 64 and in 32 bits, with `operators` matrices in turn.
 fn products(operators: usize) -> [f64; 2] {
     const SIZE: usize = 96;
     let matrix = Mat::from_fn(SIZE, SIZE, |i, j| {
@@ -44,7 +44,8 @@ fn products(operators: usize) -> [f64; 2] {
     [spells[0].median, spells[1].median]
 }
 
-/// The event path in double and in single precision: times, work, and the difference of one cycle from equal starts.
+/// `spectral` in double and in single precision: times, work, and the largest difference after one cycle from equal
+/// starts.
 fn path(case: &Case) -> Value {
     let model = model_of(case);
     let start = settled(&model);

@@ -2,7 +2,7 @@
 
 use crate::model::{ActiveSet, Model, Segment};
 
-/// The compressed open contacts, among contacts that open when their force vanishes.
+/// The compressed open contacts. Only contacts that open when their force vanishes are considered.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Compressed {
     /// Compressed contacts that are open because their force vanished.

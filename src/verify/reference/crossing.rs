@@ -14,7 +14,7 @@ pub(super) struct Margin {
 pub(super) type Sample = (f64, Margin);
 
 impl Margin {
-    /// The margin of a contact on a side, from its deflection and the gap, with their rates.
+    /// The margin of a contact with a side (+1 or −1), from the deflection, the gap and their rates.
     pub fn new(
         side: f64,
         closed: bool,
@@ -67,7 +67,7 @@ pub(super) fn first_crossing(
     None
 }
 
-/// The minimum of the margin, by bisection on the sign of its rate.
+/// Time of the minimum of the margin, by bisection on the sign of its rate.
 fn minimum(
     mut left: f64,
     mut right: f64,
@@ -90,7 +90,7 @@ fn minimum(
     0.5 * (left + right)
 }
 
-/// The zero of the margin in (left, right], by Newton's method kept inside the bracket.
+/// Time of the zero of the margin in (left, right], by Newton's method kept inside the bracket.
 fn zero(
     mut left: f64,
     mut right: f64,

@@ -10,13 +10,13 @@ pub(super) enum SlidingDirection {
 /// A quantity that may end the state of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum EndCondition {
-    /// Its deflection, at its surface.
+    /// The deflection, where it reaches the surface of the contact.
     Deflection,
-    /// The force of its spring and damper, at zero.
+    /// The force of the spring and damper of the contact, at zero.
     Push,
-    /// The velocity of its slider, at zero.
+    /// The speed of a slipping slider or of sliding dry friction, at zero.
     Slide,
-    /// Its depth, where the next layer of its film replaces it.
+    /// The depth of a passed layer of a film, at its boundary with the next layer.
     Depth,
     /// The force of a rigid stop, at zero.
     Hold,

@@ -17,13 +17,13 @@ pub enum ReferenceError {
         /// The exceeded limit.
         limit: u32,
     },
-    /// The integrator does not support films of oil.
+    /// The extended integrator does not support films of oil.
     #[error("the extended integrator cannot follow a film of oil; remove mesh.film")]
     Film,
-    /// The integrator does not support rigid stops here.
+    /// The extended integrator does not support rigid stops.
     #[error("the extended integrator cannot follow rigid stops; give them a stiffness")]
     RigidStop,
-    /// The integrator does not support dry friction here.
+    /// The extended integrator does not support dry friction.
     #[error("the extended integrator cannot follow dry friction; replace it by a slider")]
     DryFriction,
     /// The trajectory touches a surface so closely that the arithmetic cannot distinguish a touch from a crossing.

@@ -8,8 +8,8 @@ use super::end_conditions::{EndCondition, SlidingDirection};
 use super::integrator::Integration;
 use crate::model::DryFriction;
 
-/// Round-off of a speed, as a fraction of the round-off of
-/// [`Model::sliding_speed`](crate::model::Model::sliding_speed).
+/// Speed that counts as zero, as a fraction of the round-off that
+/// [`Model::sliding_speed`](crate::model::Model::sliding_speed) returns.
 const AT_REST: f64 = 0.1;
 
 /// Round-off of a force, relative to the static force.
@@ -25,8 +25,8 @@ impl SlidingDirection {
 }
 
 impl Integration<'_> {
-    /// Difference of the static friction and the force of a sticking element in one direction \[N\], and its
-    /// rate \[N/s\].
+    /// Margin until a sticking element slips in one direction \[N\]: the largest static force minus the force of the
+    /// element in this direction. With its rate \[N/s\].
     pub(super) fn room(
         &self,
         contact: usize,
@@ -45,7 +45,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Round-off of the speed of sliding \[m/s\].
+    /// Speed of sliding that counts as zero \[m/s\].
     pub(super) fn round_off_of_sliding(&self, friction: DryFriction, state: &[f64]) -> f64 {
         let model = self.reference.model;
         let (first, second) = state.split_at(model.modes());

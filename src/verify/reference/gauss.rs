@@ -66,8 +66,8 @@ impl GaussRule {
         self.nodes.len()
     }
 
-    /// Solves the stages of a step of length `h` from `start`: afterwards `stages` contains the increments `Σ a_ij K_j`
-    /// times h, `slopes` the K_i, both s × n.
+    /// Solves the stages of a step of length `h` from `start`. Afterwards `work` contains the stage states
+    /// `start + h Σ a_ij K_j` and the stage slopes K_i, both s × n.
     ///
     /// `derivative(fraction, state, out)` is the vector field at a fraction of the step.
     pub fn solve(

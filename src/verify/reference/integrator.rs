@@ -28,7 +28,8 @@ pub struct Crossing {
     pub to: ActiveSet,
     /// The contact that opens or closes.
     pub contact: usize,
-    /// Rate of the deflection relative to the surface at the crossing, δ' − s b' \[m/s\].
+    /// Rate of the deflection relative to the surface at the crossing, δ' − s b' \[m/s\]. Exceptions: δ' at a
+    /// breakpoint, 0 for dry friction and for rests on stops.
     pub rate: f64,
 }
 
@@ -92,7 +93,7 @@ impl<'m> Reference<'m> {
         self.advance_watched(start, cycles, &mut |_| {})
     }
 
-    /// As [`Reference::advance`]. Also passes all moments that integrals over time need to `watch`, in order.
+    /// As [`Reference::advance`]. Passes to `watch`, in order, all moments that integrals over time need.
     ///
     /// # Errors
     /// As [`Reference::advance`].
@@ -137,7 +138,7 @@ pub(super) struct Integration<'r> {
     pub(super) cycle: u64,
     pub(super) contact: ActiveSet,
     compressed: Compressed,
-    /// Rigid stops at which a step starts with zero distance and speed.
+    /// Impact contacts of the rigid stops at which a step starts with zero distance and no approach.
     pub(super) leaving: ActiveSet,
     /// The segment of every contact.
     pub(super) segments: Vec<Segment>,
@@ -176,7 +177,7 @@ impl Integration<'_> {
         Ok(())
     }
 
-    /// Opens and closes contacts whose line, gap or stiffness changes at this mesh phase.
+    /// Opens and closes contacts at a breakpoint, except rigid stops and dry friction.
     fn turn(&mut self, phase: f64, time: f64) {
         let model = self.reference.model;
         let turning: Vec<usize> = model.turning(self.cycle, phase).collect();
@@ -184,7 +185,7 @@ impl Integration<'_> {
             if contact.release.of_stop() || contact.release.of_friction() {
                 continue;
             }
-            // Contacts that open at zero force are always checked: their force jumps with the stiffness.
+            // Contacts with `Release::Force` are checked at all breakpoints: their force jumps with the stiffness.
             if contact.release != Release::Force && !turning.contains(&index) {
                 continue;
             }
@@ -273,8 +274,8 @@ impl Integration<'_> {
         Ok(end)
     }
 
-    /// One step from `left` to `right`, or to the first crossing, whose time is returned. `last` is true for
-    /// the last step of a smooth piece.
+    /// One step from `left` to `right`, or to the first end of a contact's state. Returns the time of this end; `None`
+    /// if no state ends. `last` is true for the last step of a smooth piece.
     fn step(&mut self, left: f64, right: f64, last: bool) -> Result<Option<f64>, ReferenceError> {
         if let Some(stop) = self.reached_stop(left) {
             self.meet_stop(stop, stop.impact, left);
@@ -317,7 +318,7 @@ impl Integration<'_> {
             }
         }
         let reached = match first {
-            // Round the time of the crossing, and advance the state to the rounded time.
+            // The sum rounds the time. The state is therefore advanced to the rounded time.
             Some((tau, ..)) => left + tau,
             None => right,
         };

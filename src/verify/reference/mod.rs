@@ -2,13 +2,13 @@
 //! [`Model::derivative`](crate::model::Model::derivative). It imports `model` only, and shares no code with
 //! the kernels.
 //!
-//! Between breakpoints (segment boundaries, changes of contact state) the vector field is smooth and is
-//! integrated by Gauss collocation of order 16 with compensated summation. Newton's method locates crossings
-//! of the switching surfaces. Each of its evaluations is an integration from the start of the step, so that a
-//! crossing is known to round-off. Minima of the distance to a surface between two samples of a step are
-//! located, so that no pair of grazing crossings is missed.
+//! Between segment boundaries and changes of contact state the vector field is smooth and is integrated by Gauss
+//! collocation of order 16 with compensated summation. Newton's method locates the crossings of contact surfaces.
+//! Each evaluation integrates from the start of the step, so that a crossing is known to round-off. The distance to
+//! a surface is sampled within a step. Its minima between two samples are located, so that no pair of grazing
+//! crossings is missed.
 //!
-//! Speed is not a goal. The step and the rule are fixed. [`Reference::refined`] shortens the step, to show
+//! Speed is not a goal. The largest step and the rule are fixed. [`Reference::refined`] shortens the step, to show
 //! that the result does not change.
 //!
 //! [`Extended`] computes the trajectory to about 30 digits by Taylor series in numbers of two doubles, and shares no

@@ -2,8 +2,8 @@
 
 use crate::model::Model;
 
-/// An upper bound \[1/s\] of the rates in the model: natural frequencies including the mesh spring and damper, decay,
-/// excitation.
+/// Upper bound \[1/s\] of the rates with any one contact closed: natural frequencies including the contact's spring and
+/// damper, decay, excitation.
 pub(super) fn fastest_rate(model: &Model) -> f64 {
     let mut natural = 0.0f64;
     let mut decay = 0.0f64;

@@ -8,14 +8,14 @@ use super::integrator::Integration;
 use super::push::round_off;
 use crate::model::{ActiveSet, Stop};
 
-/// Largest duration of the omitted impacts, times the fastest rate: first if the force of the stop hardly
-/// changes during them, then otherwise.
+/// Largest duration of the omitted impacts, times the fastest rate. The first value holds if the force of the stop
+/// hardly changes during them, the second otherwise.
 const SHORT: [f64; 2] = [1e-6, 3e-8];
 
 /// Largest relative change of a force that hardly changes.
 const NEGLIGIBLE_CHANGE: f64 = 1e-5;
 
-/// Speed, in units of its round-off, below which impacts are omitted if another stop is reached too.
+/// Speed, in units of its round-off, below which impacts are omitted if another stop is reached at the same time.
 const AT_SEVERAL: f64 = 1e3;
 
 /// Step of the difference quotient for the rate of a force, as a fraction of the longest step.
@@ -77,7 +77,7 @@ impl Integration<'_> {
         }
     }
 
-    /// Force \[N\] with which a stop holds the structure, or would hold it.
+    /// Force \[N\] with which a stop holds the structure, or would hold it if the structure rested on it.
     fn force(&self, stop: Stop, time: f64) -> f64 {
         let model = self.reference.model;
         let at = (self.cycle, time);
@@ -99,8 +99,8 @@ impl Integration<'_> {
         }
     }
 
-    /// Distance beyond an open stop \[m\], rate of approach \[m/s\] and round-off of the distance \[m\];
-    /// `None` if the structure rests on the stop.
+    /// Penetration of a stop on which the structure does not rest \[m\], rate of approach \[m/s\] and round-off of the
+    /// penetration \[m\]; `None` if the structure rests on the stop.
     fn overshoot(&self, stop: Stop, time: f64) -> Option<[f64; 3]> {
         let (model, state) = (self.reference.model, &self.state.value);
         let (contact, segment) = (stop.impact, &self.segments[stop.impact]);
@@ -110,7 +110,7 @@ impl Integration<'_> {
         open.then(|| [deflection - gap, rate, round_off(model, contact, state)])
     }
 
-    /// An open stop that the structure has reached and still approaches.
+    /// A stop that the structure has reached and still approaches, and on which it does not rest yet.
     pub(super) fn reached_stop(&self, time: f64) -> Option<Stop> {
         let mut stops = self.reference.model.stops.iter().copied();
         stops.find(|stop| {
@@ -121,7 +121,8 @@ impl Integration<'_> {
         })
     }
 
-    /// Whether the structure reaches another open stop within a duration \[s\], at its present rate.
+    /// Whether the structure reaches another stop within a duration \[s\] at its present speed. Stops on which it rests
+    /// do not count.
     fn meets_another(&self, stop: Stop, time: f64, lasts: f64) -> bool {
         let mut others = self
             .reference

@@ -106,7 +106,7 @@ pub fn constant_contact_exponents(model: &Model) -> Result<Vec<f64>, CheckError>
 
 const GAP: f64 = 10e-6;
 
-/// A unit mass between stops at ± d, on a spring κ², with the damping ratio ζ and a harmonic force.
+/// A unit mass between stops at ± [`GAP`], on a spring κ², with the damping ratio ζ and a harmonic force.
 struct ShakenMass {
     speed: f64,
     /// Constant force \[N/√kg\].

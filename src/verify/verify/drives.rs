@@ -44,7 +44,7 @@ impl Case {
         Ok(Model::new(&self.structure, &self.drive, self.point)?)
     }
 
-    /// The case at full load on a nearly even mesh with small excitation: contact never opens.
+    /// The case at full load, with nearly constant mesh stiffness and small excitation: contact never opens.
     pub fn in_constant_contact(&self) -> Self {
         let mut case = self.clone();
         for harmonic in &mut case.drive.transmission_error {
@@ -81,7 +81,7 @@ pub fn structure(frequency: &[f64], ratio: f64, mesh: &[f64], torque: &[f64]) ->
     }
 }
 
-/// The drives of the quick verification, in order of the number of modes.
+/// The drives on which every kernel is tested, in order of the number of modes.
 ///
 /// # Errors
 /// The default drive cannot be assembled.
@@ -139,7 +139,8 @@ pub fn grid() -> Result<Vec<Case>, CheckError> {
     Ok(job()?.points.iter().map(case).collect())
 }
 
-/// A mesh without excitation. Its levels of stiffness \[N/m\] end at the given phases, the last one at 1.
+/// A mesh without excitation. Its levels of stiffness \[N/m\] end at the given phases, the last one at 1. Without
+/// phases, all levels have the same length.
 pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive {
     Drive {
         mesh: Division::levels(levels, ends),
@@ -172,7 +173,7 @@ fn one_degree() -> Case {
     }
 }
 
-/// Two rigid bodies. Their modes are the single rotations, not the neutral and the relative rotation.
+/// Two rigid bodies. Each mode is the rotation of one body, not the neutral or the relative rotation of both.
 fn two_bodies() -> Case {
     let mesh = [0.98, -0.86];
     Case {

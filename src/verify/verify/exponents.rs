@@ -164,7 +164,7 @@ const CHAOTIC: f64 = 0.1;
 /// motion neither the tangents nor the twin align within this number of cycles.
 pub fn twin(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let kernel = subjects.kernel()?;
-    // A twin takes this number of cycles.
+    // The largest number of cycles for which an integration follows a twin.
     let cycles = 320;
     let mut lines = Vec::new();
     for case in &subjects.cases {

@@ -40,10 +40,10 @@ pub fn geometry(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// Mean stiffness of the published pair, without common gear bodies, compared with the other program. Its
-/// rule of thumb, ε b E/18, gives 4.0966e8 N/m. The other program uses cantilevers on a fitted foundation.
-/// These count a part of the root twice, and are 5 % softer than elastic teeth. Such programs differ by 5 %
-/// among themselves, because of the lever of the load and the root angle.
+/// Mean stiffness of the published pair, without the coupling of two tooth pairs by the gear bodies, compared with
+/// another program. The rule of thumb of that program, ε b E/18, gives 4.0966e8 N/m. Its teeth are cantilevers on a
+/// fitted foundation, which count a part of the root twice and are 5 % softer than elastic teeth. Such programs differ
+/// by 5 % among themselves, because of the lever of the load and the root angle.
 pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const PHASES: u32 = 500;
     const PUBLISHED: f64 = 3.737e8;
@@ -69,8 +69,8 @@ pub fn stiffness(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     )])
 }
 
-/// Stiffness and load centroid of a misaligned flank. The load is on a wedge of the length `√(2 F / (k' ε))`,
-/// which determines both.
+/// Stiffness and load centroid of a misaligned flank. The load is on a wedge of the length `√(2 F / (k' ε))`, with the
+/// stiffness k' per width and the misalignment ε. This length determines stiffness and centroid.
 pub fn wedge(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     let width = 20e-3;
     let stiffness = 4e8 / width;

@@ -9,8 +9,8 @@ use crate::analysis::EnergyNorm;
 use crate::model::{InitialState, Model, TrajectoryState};
 use crate::reference::{Extended, ExtendedPassage, Reference};
 
-/// A trajectory with all its digits, cycle by cycle. Each cycle starts from the rounded end of the previous
-/// one.
+/// A trajectory in extended precision, cycle by cycle. Each cycle starts from the end of the previous one, rounded to
+/// doubles.
 struct ExactTrajectory {
     model: Model,
     norm: EnergyNorm,
@@ -24,7 +24,7 @@ struct KernelErrors {
     state: f64,
     /// Largest error of an event time \[cycles\].
     time: f64,
-    /// Number of cycles whose sequence of events differs, or whose counter of events is wrong.
+    /// Number of cycles with a different sequence of events or final contact state, or with a wrong count of events.
     strays: usize,
 }
 
@@ -98,7 +98,7 @@ const EXTENDED: &str = "integrator of 30 digits";
 /// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
-/// Exact trajectories, in groups with a heading each.
+/// Exact trajectories, in groups. Each group has a name for the report.
 fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, CheckError> {
     let cycles = subjects.extent.pick(24, 240);
     let mut all = Vec::new();

@@ -5,7 +5,7 @@
 //! difference, and the bound of the difference. The checks read no file of the user. The drives are built in
 //! ([`drives`]).
 //!
-//! Every kernel in [`candidate::kernels`] undergoes all checks of kernels.
+//! Checks that integrate use every kernel in [`candidate::kernels`]; a few use only the last one.
 
 mod balances;
 

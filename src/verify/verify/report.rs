@@ -67,9 +67,9 @@ pub struct Line {
     pub what: String,
     /// Reference.
     pub against: &'static str,
-    /// Difference.
+    /// Value: a difference, or the compared quantity if the bound is a range.
     pub value: f64,
-    /// Bound of the difference.
+    /// Bound of the value.
     pub bound: Bound,
     /// Unit of the value and its bound.
     pub unit: &'static str,
@@ -110,7 +110,7 @@ impl Line {
         }
     }
 
-    /// The line of a comparison that the kernel does not support.
+    /// The line of a comparison on a drive that the kernel does not support.
     pub(super) fn skipped(what: impl Into<String>, reason: &'static str) -> Self {
         Self {
             skipped: true,
@@ -135,7 +135,8 @@ impl Line {
 }
 
 impl Serialize for Line {
-    /// The fields, and `passed`, which is null for a skipped line. A value that is not finite becomes null.
+    /// All fields except `skipped`, and `passed`, which is null for a skipped line. A value that is not finite becomes
+    /// null.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         use serde::ser::SerializeStruct;
         let mut line = serializer.serialize_struct("Line", 6)?;
@@ -218,12 +219,12 @@ impl Report {
         self.findings.iter().flat_map(|finding| &finding.lines)
     }
 
-    /// Lines that fail.
+    /// Number of lines that fail.
     pub fn failures(&self) -> usize {
         self.lines().filter(|line| line.breaks_bound()).count()
     }
 
-    /// Skipped lines.
+    /// Number of skipped lines.
     pub fn skips(&self) -> usize {
         self.lines().filter(|line| line.skipped).count()
     }
@@ -233,7 +234,7 @@ impl Report {
         self.failures() == 0 && self.lines().any(Line::passed)
     }
 
-    /// Exit status of a program: 0 if all lines pass, else 1.
+    /// Exit status of a program: 0 if the report passed, else 1.
     pub fn status(&self) -> u8 {
         u8::from(!self.passed())
     }

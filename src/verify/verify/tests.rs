@@ -61,7 +61,7 @@ fn a_sound_kernel_passes() {
     assert!(!report.to_string().contains("FAIL"));
 }
 
-/// The checks of balances do not detect a wrong drive: its balance is as accurate as that of the right one.
+/// The check of energy does not detect a wrong stiffness: the energy balance of the changed drive closes as well.
 #[test]
 fn a_stiffness_off_by_a_part_in_a_billion_fails() {
     let report = ladder(tampered(|model| {

@@ -24,7 +24,7 @@ pub(super) struct Followed {
     pub over: usize,
     /// Index of the second axis of the bifurcation curves; `None` without curves.
     pub second: Option<usize>,
-    /// Indices of the axes whose values are expressions of these two axes.
+    /// Indices of the axes whose values are expressions of the axes `over` and `second`.
     derived: Vec<usize>,
     /// Orbits of every branch, by the number of the branch, in order along it.
     pub branches: BTreeMap<u64, Vec<Orbit>>,

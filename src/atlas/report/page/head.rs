@@ -124,8 +124,8 @@ pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
     Ok(json!({ "job": head.metadata("job") }))
 }
 
-/// Adds to the head what all kinds of folders have: records of runs, metadata of a trace, this program,
-/// colours.
+/// Adds to the head: this program, colours, kinds of bifurcations, records of runs and, if `trace`, metadata of
+/// the trace.
 ///
 /// # Errors
 /// A table cannot be read.

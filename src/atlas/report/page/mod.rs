@@ -83,7 +83,7 @@ pub struct ResultsPage {
 /// use goes to later ones.
 ///
 /// # Errors
-/// There are no results in the folder, or they cannot be read, or are not what was written.
+/// There are no results in the folder, or they cannot be read, or a table has a wrong checksum.
 pub fn results_page(folder: &Path, request: PageRequest) -> Result<ResultsPage, ReportError> {
     let runs = if folder.is_dir() { read_runs(folder)? } else { Vec::new() };
     for run in &runs {
@@ -168,8 +168,8 @@ fn name(folder: &Path) -> PathBuf {
     whole.file_name().map(PathBuf::from).unwrap_or(whole)
 }
 
-/// The skeleton with its parts inserted. Text from the folder is inserted last, so that it is not searched for
-/// placeholders.
+/// The skeleton with its parts inserted. Only the skeleton is searched for placeholders, because text from the
+/// folder may look like one.
 fn written(header: &Value, mut blocks: Blocks) -> String {
     let title = header["job"].as_str().or(header["folder"].as_str());
     // Pages with many points are large: allocate the whole size at once, and copy no block.

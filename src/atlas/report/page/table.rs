@@ -121,7 +121,7 @@ impl Rows {
         self.keys = order.iter().map(|&row| self.keys[row]).collect();
     }
 
-    /// Description of the rows that were left out.
+    /// Description of the rows that were left out; `None` if all rows are kept.
     fn left_out(&self, name: &str) -> Option<String> {
         let distinct_keys: BTreeSet<u64> = self.keys.iter().copied().collect();
         let all = if self.points.is_empty() {
@@ -217,7 +217,7 @@ fn point_order(folder: &Path) -> Result<Vec<usize>, StoreError> {
     Ok(order)
 }
 
-/// Embeds another table: all its columns, and the rows that fit.
+/// Embeds a table other than that of the points: all its columns, and the rows that fit.
 ///
 /// # Errors
 /// The table cannot be read.

@@ -1,4 +1,4 @@
-//! Pages of folders that are unfinished, or split, or without a record.
+//! Pages of folders with failed points, without points, without results, and without a record.
 
 use super::*;
 use crate::analysis::{Class, PointOutcome, Status};

@@ -1,7 +1,7 @@
 //! An axis of a panel: its range, its ticks, and a label with name and unit.
 //!
-//! Values are in SI. Ticks and label are in a scaled unit (µm, kN, 10⁶ …), chosen so that the largest shown
-//! value has one to three digits before the point.
+//! Values are in SI. Ticks and label are in a scaled unit (µm, kN, 10⁶ …). If the unit takes prefixes, or if values are
+//! very small or large, the largest shown value has one to three digits before the point.
 
 use crate::report::numbers::{number, to_digits};
 
@@ -201,17 +201,17 @@ impl Axis {
             .collect()
     }
 
-    /// A value in the shown unit, with two digits.
+    /// A value in the shown unit, with two significant digits.
     pub fn briefly(&self, value: f64) -> String {
         minus(to_digits(value * self.factor, 2))
     }
 
-    /// A value in the shown unit, with four digits.
+    /// A value in the shown unit, with the digits of [`number`].
     pub fn shown(&self, value: f64) -> String {
         minus(number(value * self.factor))
     }
 
-    /// A value in the shown unit, with three digits and the unit: `12.5 µm`.
+    /// A value in the shown unit, with three significant digits and the unit: `12.5 µm`.
     pub fn with_unit(&self, value: f64) -> String {
         let shown = minus(to_digits(value * self.factor, 3));
         match self.unit.as_str() {
@@ -253,7 +253,7 @@ pub(super) fn scaled_unit(unit: &str, largest: f64) -> (f64, String) {
     (10f64.powi(-exponent), shown)
 }
 
-/// A value in a scaled unit, with four digits and the unit: `12.5 µm`.
+/// A value in a scaled unit, with the digits of [`number`] and the unit: `12.5 µm`.
 pub(super) fn value_words(value: f64, unit: &str) -> String {
     let (factor, unit) = scaled_unit(unit, value.abs());
     let shown = minus(number(value * factor));

@@ -28,8 +28,8 @@ impl AxisUnits {
         Self(shown.collect())
     }
 
-    /// The axis of a picture for a grid axis. `make` makes it from name and SI unit; then it gets the shown
-    /// unit.
+    /// The axis of a picture for a grid axis. `make` makes it from name and SI unit. This function then sets the
+    /// shown unit.
     pub fn axis(&self, axis: &GridAxis, make: impl FnOnce(&str, &str) -> Axis) -> Axis {
         let made = make(&axis.name, &axis.unit);
         match self.0.get(&axis.name) {

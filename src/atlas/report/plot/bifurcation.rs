@@ -119,7 +119,7 @@ pub(super) fn draw(results: &Results, along: usize) -> Result<Drawn, PlotError> 
             canvas.height = top + 74.0;
         }
         let class_counts = counts(slice.points.iter().copied());
-        // λ and its key are below the panel, and next to the last of several panels.
+        // With one panel of samples, the key of λ begins higher than with two, and leaves this key less room.
         let room = if with_lambda && !both { 358.0 } else { 446.0 };
         let used = key(
             &mut canvas,

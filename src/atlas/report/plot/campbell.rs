@@ -18,7 +18,7 @@ const CANVAS_RIGHT: f64 = 946.0;
 const KEY_SIZE: f64 = 11.5;
 /// Largest number of resonances listed beside the diagram.
 const MOST_LISTED: usize = 19;
-/// Share of a mode's elastic energy in the mesh above which it is drawn bold.
+/// Smallest share of a mode's elastic energy in the closed contacts for which the mode is drawn bold.
 const IN_MESH: f64 = 0.05;
 /// Colour of the natural frequencies of modes with open contacts.
 const PALE: Colour = Colour(0xa8, 0xa8, 0xa8);
@@ -34,7 +34,7 @@ pub struct ModeLine {
     pub mode: usize,
     /// Frequency at each of [`Campbell::speeds`] \[Hz\].
     pub frequencies: Vec<f64>,
-    /// Share of its elastic energy that the closed contacts store.
+    /// Share of its elastic energy that the closed contacts store, the largest over the speeds; 0 if they are open.
     pub mesh_share: f64,
 }
 
@@ -81,7 +81,7 @@ pub enum Contacts {
 }
 
 impl Contacts {
-    /// `closed`.
+    /// `closed` or `open`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Closed => "closed",
@@ -103,7 +103,7 @@ pub struct Resonance {
     pub contacts: Contacts,
     /// The mode, from 1.
     pub mode: usize,
-    /// Share of its elastic energy that the closed contacts store.
+    /// Largest share, over all speeds, of its elastic energy that the closed contacts store; 0 if they are open.
     pub mesh_share: f64,
 }
 
@@ -267,7 +267,7 @@ impl Campbell {
         );
         say(canvas, &near, INK);
         say(canvas, &format!("{closed} with contacts closed"), INK);
-        // List the modes with the largest share of energy in the mesh, by speed.
+        // List the resonances of the modes with the largest share of energy in the contacts, by speed.
         let mut leading: Vec<&Resonance> = of(Contacts::Closed).collect();
         leading.sort_by(|a, b| b.mesh_share.total_cmp(&a.mesh_share));
         leading.truncate(MOST_LISTED);

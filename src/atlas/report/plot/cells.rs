@@ -59,7 +59,8 @@ pub(super) struct Cells<'a> {
 }
 
 impl<'a> Cells<'a> {
-    /// The layout; `None` if fewer than two axes vary, or if the map would have more cells than pixels.
+    /// The layout; `None` if fewer than two axes vary, if axes are distributions, or if an unrefined map would have
+    /// more than [`MOST_CELLS`] cells.
     pub fn new(results: &'a Results) -> Option<Self> {
         let axis = |index: usize| (index, &results.summary.axes[index]);
         let cells = |slow: usize, fast: usize| {
@@ -288,10 +289,10 @@ impl<'a> Cells<'a> {
     }
 }
 
-/// Ticks of an axis of cells: the position in cells from the centre of the first cell, and the text. Ticks
-/// are at all values of the grid if these are few and have room, else at round values. In a refined grid,
-/// `step` cells lie between values of the undivided grid. `cell` is the width of a cell, and `room` that of a
-/// text \[px\].
+/// Ticks of an axis of cells: the position in cells from the centre of the first cell, and the text. Ticks are at all
+/// values of the grid if these are few and have room, else at round values. If fewer than two round values have room,
+/// ticks are at some values of the grid. In a refined grid, `step` cells lie between values of the undivided grid.
+/// `cell` is the width of a cell, and `room` that of a text \[px\].
 fn ticks(
     axis: &GridAxis,
     scale: &Axis,

@@ -24,8 +24,7 @@ const LEAST_HEIGHT: f64 = 116.0;
 
 /// Largest half height of the mark of a point \[px\].
 const TALLEST: f64 = 9.0;
-/// Largest half width of the mark of a point, which has no near neighbour, and smallest width of a mark
-/// \[px\].
+/// Half width of the mark of a point without near neighbours, and smallest width of any mark \[px\].
 const WIDEST: f64 = 6.0;
 const LEAST_WIDTH: f64 = 1.0;
 

@@ -240,7 +240,7 @@ fn symbol(canvas: &mut Canvas, at: Place, index: usize) {
 /// The map of the largest exponent behind the curves.
 struct Map<'a> {
     points: Vec<&'a PointSummary>,
-    /// Indices of both axes among those of the points.
+    /// Indices, in the grid of the points, of the horizontal and the vertical axis.
     axes: [usize; 2],
     /// Ends of the cells on both axes: halfway between neighbouring values.
     ends: [Vec<f64>; 2],
@@ -253,8 +253,8 @@ struct Map<'a> {
 }
 
 impl<'a> Map<'a> {
-    /// The map of the points in a plane; `None` if one of both axes has a single value, or if no point has an
-    /// exponent.
+    /// The map of the points in a plane; `None` if an axis is not in the grid or has a single value, or if no point
+    /// has an exponent.
     fn of(
         followed: &Followed,
         axes: [usize; 2],

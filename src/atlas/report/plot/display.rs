@@ -76,9 +76,9 @@ impl fmt::Display for Amount {
 }
 
 impl Amount {
-    /// The range from this amount to `high`. If this amount has no unit, it gets that of `high`. `None` if
-    /// `high` is not larger. Amounts that have no common unit are not compared: they may be in SI, which
-    /// depends on the quantity, and the scale refuses units that do not fit.
+    /// The range from this amount to `high`. If this amount has no unit, it gets that of `high`. `None` if `high` is
+    /// not larger. Amounts without a common unit are not compared here: `Scale::new` compares them, because a bare
+    /// number is in the SI unit of the quantity.
     pub fn up_to(mut self, high: Self) -> Option<[Self; 2]> {
         if self.unit.is_empty() {
             self.unit.clone_from(&high.unit);
@@ -180,7 +180,7 @@ impl Scale {
     /// The scale for values with a name and an SI unit.
     ///
     /// # Errors
-    /// A requested unit belongs to another quantity.
+    /// A requested unit belongs to another quantity, the reference is not positive, or the range is empty.
     pub fn new(name: &str, si: &str, display: &Display) -> Result<Self, PlotError> {
         let unfit = |option: &'static str, amount: &Amount| PlotError::OtherUnit {
             option,
@@ -202,7 +202,7 @@ impl Scale {
             let si = if reference.is_some() { "dB" } else { si };
             *end = Some(amount.si(si).ok_or_else(|| unfit("--range", amount))?);
         }
-        // `Amount::up_to` does not compare ends of which only one has a unit.
+        // `Amount::up_to` does not compare the ends if only the lower end has a unit.
         if let ([Some(low), Some(high)], Some([given, _])) = (range, &display.range)
             && low >= high
         {

@@ -18,7 +18,7 @@ pub enum PlotError {
     /// A table cannot be read.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// The folder contains neither results nor followed orbits nor a trace.
+    /// The folder contains neither results nor followed orbits, a trace or a run-up.
     #[error(
         "nothing to draw in `{}`: give a folder with points.parquet (from `atlas run`), \
          branches.parquet (from `atlas follow`), trace.parquet (from `atlas trace`) or signals.parquet (from `atlas runup`), or a mesh table (from `atlas table`)",

@@ -49,8 +49,9 @@ fn error(point: &PointSummary) -> f64 {
     point.stderr.unwrap_or(0.0)
 }
 
-/// Draws a panel of λ with error bars, and its key. Points have the symbol of their motion or, if there are
-/// sweeps in two directions, dots in the colour of the direction. Returns the lower end of the key \[px\].
+/// Draws a panel of λ with error bars, and its key. Points have the symbol of their motion. If there are sweeps in
+/// two directions, points have dots in the colour of the direction, or of a marked motion ([`Motion::is_marked`]).
+/// Returns the lower end of the key \[px\].
 pub(super) fn panel(
     canvas: &mut Canvas,
     [top, bottom]: [f64; 2],
@@ -108,7 +109,7 @@ fn legend(canvas: &mut Canvas, sweeps: &[Sweep<'_>], points: &[&PointSummary], m
             y += entry(canvas, [MARGIN, y], &format!("sweep {}", sweep.direction));
         }
     }
-    // Without sweeps in two directions, the key of symbols names these motions.
+    // Without sweeps in two directions, the key of symbols names the marked motions.
     let mut marked = counts(points.iter().copied());
     marked.retain(|motion, _| motion.is_marked() && sweeps.len() > 1);
     for (motion, count) in marked {

@@ -36,8 +36,8 @@ pub(super) fn text_width(text: &str, size: f64) -> f64 {
     width * size / LARGE
 }
 
-/// A text in one line no wider than `width` \[px\], and its em size. The size is reduced to `least` at most;
-/// if this is not enough, the text is cut.
+/// A text in one line no wider than `width` \[px\], and its em size. The size is reduced, but not below `least`; if
+/// this is not enough, the text is cut.
 pub(super) fn fitted(text: &str, size: f64, least: f64, width: f64) -> (String, f64) {
     let wide = text_width(text, size);
     if wide <= width {
@@ -81,8 +81,8 @@ fn cut(text: &str, size: f64, width: f64) -> String {
     "…".to_owned()
 }
 
-/// Heights near the `wanted` ones, in the same order. They are at least `distance` apart, and between both
-/// bounds if there is room.
+/// Heights near the `wanted` ones, in the same order. They are at least `distance` apart, and between `top` and
+/// `bottom` if there is room.
 pub(super) fn spread_out(wanted: &[f64], distance: f64, [top, bottom]: [f64; 2]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|&a, &b| wanted[a].total_cmp(&wanted[b]));

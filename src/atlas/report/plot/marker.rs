@@ -18,7 +18,7 @@ pub(super) enum Marker {
     Bar,
 }
 
-/// Markers without a fixed meaning that readers can distinguish when they are filled.
+/// Filled markers that readers can distinguish, for curves and symbols that have no fixed marker.
 pub(super) const OTHERS: [Marker; 5] = [
     Marker::Disc,
     Marker::Square,

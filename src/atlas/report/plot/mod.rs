@@ -1,4 +1,4 @@
-//! Pictures in SVG and PNG of a results or trace folder, from its Parquet files alone, and of a mesh table.
+//! Pictures in SVG and PNG of a folder with results, a trace or a run-up, and of a mesh table, from files alone.
 //!
 //! Each kind of picture is first a list of shapes on a [`canvas`], and one module turns it into SVG or PNG. The same
 //! files give the same bytes.
@@ -268,7 +268,7 @@ impl Source {
         })
     }
 
-    /// The results with points. The error names a kind of picture that `columns` may have misspelt.
+    /// The results, which must have points. The error suggests a kind of picture if a name in `columns` resembles it.
     fn results_with_points(
         &self,
         path: &Path,
@@ -328,7 +328,7 @@ impl Source {
         }
     }
 
-    /// Whether this kind of picture belongs to this kind of folder or file.
+    /// Whether this source has the tables that this kind of picture needs.
     fn can_hold(&self, what: PictureKind) -> bool {
         match what {
             PictureKind::Trace => self.recording.is_some(),

@@ -50,7 +50,7 @@ impl Motion {
         self == Self::TransientChaos
     }
 
-    /// Whether all pictures mark the point, because a longer run may change its averages.
+    /// Whether pictures of averages mark the point, because a longer run may change its averages.
     pub fn is_marked(self) -> bool {
         matches!(self, Self::TransientChaos | Self::NotConverged)
     }
@@ -99,7 +99,7 @@ impl Motion {
         }
     }
 
-    /// One or two characters for a cell of a map.
+    /// A short text for a cell of a map: a letter, a symbol or the period.
     pub fn mark(self) -> String {
         match self {
             Self::SteadyContact => "L".into(),

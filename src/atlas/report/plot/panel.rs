@@ -87,8 +87,8 @@ impl Panel {
         canvas.outline([self.left, self.top], [self.right, self.bottom], INK, 1.0);
     }
 
-    /// Draws the label of the vertical axis, with its baseline at `x`. It is about as long as the panel is
-    /// high at most. A longer label has two lines if there is room, else smaller letters.
+    /// Draws the label of the vertical axis, with its baseline at `x`. A label that is longer than the panel is high
+    /// has two lines if there is room, else smaller letters.
     fn label_up(&self, canvas: &mut Canvas, x: f64) {
         const LINE: f64 = 16.0;
         let (middle, length) = (

@@ -12,11 +12,12 @@ pub const DEFAULT_ORDERS: [f64; 3] = [1.0, 2.0, 3.0];
 pub struct PlotRequest {
     /// Kinds of pictures and columns; empty for all kinds that the data allow.
     pub what: Vec<PictureRequest>,
-    /// Axis of pictures over one axis; default: the one with most values.
+    /// Axis of pictures over one axis; default: a map over two axes, else the swept axis or the one with most values.
     pub over: Option<String>,
     /// Axis whose values become the curves of one picture.
     pub by: Option<String>,
-    /// `point_id` of pictures of one point; default: the most chaotic point, or the one with the largest RMS.
+    /// `point_id` of pictures of one point; default: the most chaotic point, or the one with the largest RMS. Basins,
+    /// multipliers and kicks have a picture of every point by default.
     pub point: Option<u64>,
     /// Mesh orders of order cuts; empty for [`DEFAULT_ORDERS`].
     pub orders: Vec<f64>,

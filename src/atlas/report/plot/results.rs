@@ -34,14 +34,14 @@ pub(super) struct Results {
     pub shown: AxisUnits,
 }
 
-/// Points with the same values on all axes except those of the picture.
+/// Points with the same values on all fixed axes of a picture.
 pub(super) struct Slice<'a> {
     pub points: Vec<&'a PointSummary>,
     /// The fixed axes with their values, and the size: `load 0.1  ·  60 points`.
     pub words: String,
     /// The fixed axes for a file name, `-load=0.1`; empty if there is only one slice.
     pub suffix: String,
-    /// The fixed axes with their values.
+    /// Indices of the fixed axes, with their values.
     pub fixed_values: Vec<(usize, f64)>,
 }
 
@@ -176,7 +176,7 @@ impl Results {
         }
     }
 
-    /// The slices of the grid over the axes `free`, in the order of the values on the other axes, and their
+    /// The slices of the grid over the axes `free`, in the order of the values on the fixed axes, and their
     /// number. Sweeps up and down are separate slices. At most [`MOST_SLICES`] slices are returned; the
     /// number counts all.
     pub fn slices(&self, free: &[usize]) -> (Vec<Slice<'_>>, usize) {
@@ -262,7 +262,7 @@ impl Results {
         (slices.collect(), count)
     }
 
-    /// Axes other than `free` on which the points of a slice differ: axes that are tied to a free axis. Empty
+    /// Axes on which the points of a slice differ, except the axes `free`: tied axes that are not fixed. Empty
     /// if the first free axis is the swept one, because the points of a chain form one line.
     pub fn companion_axes(&self, free: &[usize]) -> Vec<usize> {
         let Summary {

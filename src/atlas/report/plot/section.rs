@@ -34,9 +34,9 @@ const RATE: Quantity = Quantity {
 pub(super) struct Section {
     /// The section as text: `at mesh phase 0`.
     pub words: String,
-    /// Two quantities that vary on the section; a picture over one quantity shows the second. All samples at
-    /// entries or releases have the same deflection, those at extrema the same rate, and those of a strobe
-    /// the same phase.
+    /// Two quantities that vary on the section; a bifurcation diagram shows the second. All samples at entries or
+    /// releases have about the same deflection, those at extrema the same rate, and those of a strobe the same
+    /// phase.
     pub plane: [Quantity; 2],
 }
 

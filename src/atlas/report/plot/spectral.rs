@@ -50,7 +50,7 @@ pub(super) struct SpectralLines {
     pub name: String,
     /// SI unit of the amplitudes.
     pub unit: String,
-    /// Lines of each point in ascending order, in the order of the summary; empty if it has none.
+    /// For each point of the summary, its lines in ascending `order`; empty for a point without lines.
     pub lines: Vec<Vec<Line>>,
 }
 
@@ -186,7 +186,7 @@ impl SpectralLines {
     }
 
     /// The amplitude of a point at an order: its largest line within a 64th of a mesh order. It is 0 if the point has
-    /// lines, but none near this order.
+    /// lines, but none near this order; `None` if it has no lines.
     pub fn at(&self, point: usize, order: f64) -> Option<f64> {
         let lines = &self.lines[point];
         let near = lines

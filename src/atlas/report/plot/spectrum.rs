@@ -164,7 +164,7 @@ fn panel(
     }
 }
 
-/// The tones: lines that exceed their neighbours by a factor of two. The lines of broad-band humps do not.
+/// The tones: local maxima that exceed the third line on each side by a factor of two. Broad-band humps do not.
 fn tones(lines: &[[f64; 2]]) -> impl Iterator<Item = [f64; 2]> {
     // The Hann window spreads a tone over two lines on each side of its peak. The third line is free of it.
     const REACH: usize = 3;

@@ -104,7 +104,7 @@ fn attractor(class: Class, share: f64) -> AttractorOutcome {
     }
 }
 
-/// Results over `counts` loads and speeds, with awkward names like those of users.
+/// Results over `counts` loads and speeds.
 fn written(counts: [usize; 2], section: SampleKind) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let axis = |name: &str, unit: &str| AxisColumn {
@@ -203,7 +203,7 @@ fn an_error_bar_is_explained_only_where_there_is_one() {
     let folder = written([1, 12], SampleKind::Strobe);
     let canvas = one(folder.path(), PictureKind::Lambda);
     assert!(canvas.texts().any(|text| text == "± standard error"));
-    // One steady point has no error.
+    // The third of three points is chaotic and has an error. The first two have none.
     let calm = written([3, 1], SampleKind::Strobe);
     let pictures = drawn(calm.path(), &[PictureKind::Lambda], None).pictures;
     let texts: Vec<&str> = pictures[0].canvas.texts().collect();
@@ -371,10 +371,10 @@ fn transient_chaos_is_hatched_and_errors_that_are_not_verified_have_a_dot() {
     assert!(cell.len() > 20 && !key.is_empty());
     let inside = |[x, y]: [f64; 2]| (252.0..414.0).contains(&x) && (223.0..375.0).contains(&y);
     assert!(cell.iter().flatten().all(|at| inside(*at)), "{cell:?}");
-    // On a disc in the colour of the cell, so that lines do not reach it.
+    // The dot lies on a disc in the colour of the cell, so that hatching does not touch the dot.
     let is_dot = |shape: &&Shape| matches!(shape, Shape::Disc { centre, .. } if inside(*centre));
     assert_eq!(canvas.shapes.iter().filter(is_dot).count(), 2);
-    // The file contains all of it.
+    // The SVG file contains all lines of the hatching.
     let source = picture.svg().unwrap();
     let document = roxmltree::Document::parse(&source).unwrap();
     let lines = document
@@ -395,7 +395,7 @@ fn the_map_of_classes_has_transient_chaos_hatched_with_its_letter() {
     );
     assert!(texts.contains(&"transient chaos (1)"), "{texts:?}");
     assert!(hatching(&canvas).len() > 20);
-    // This picture does not show its errors.
+    // A map of classes has no marks for errors that are not verified.
     assert!(
         !texts.iter().any(|text| text.contains("verified")),
         "{texts:?}"

@@ -21,7 +21,7 @@ const COLOURS: [u8; 5] = [54, 60, 31, 78, 227];
 /// Text colour that is legible on each of [`COLOURS`]: white or black, in the 256-colour palette.
 const INKS: [u8; 5] = [231, 231, 231, 16, 16];
 
-/// The map as text; empty if the grid has no axis or no point.
+/// The map as text; empty without points or varying axes, or if axes are distributions.
 pub(super) fn heat_map(summary: &Summary, style: Style) -> String {
     let Some(Map {
         cells,

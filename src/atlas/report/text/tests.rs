@@ -33,7 +33,7 @@ fn outcome(status: Status, class: Option<Class>, lambda: Option<f64>) -> PointOu
     }
 }
 
-/// One point of every kind, over a grid with the given axis lengths.
+/// The outcome of a point; its number selects the kind of motion, or a failure.
 fn kind(point_id: u64) -> PointOutcome {
     let (ok, lambda) = (Status::Ok, point_id as f64 / 10.0);
     match point_id % 8 {
@@ -340,7 +340,7 @@ fn an_energy_balance_that_does_not_close_is_a_warning() {
     assert!(text.contains("worst energy residual 9.0e-7"), "{text}");
 }
 
-/// A point with chaotic trajectories over some cycles, `exits` of eight of which left the chaos.
+/// A point with eight trajectories and `cycles` chaotic cycles in total; `exits` trajectories left the chaos.
 fn once_chaotic(class: Class, cycles: u64, exits: u32, verified: bool) -> PointOutcome {
     PointOutcome {
         evidence: Some(EvidenceOutcome {

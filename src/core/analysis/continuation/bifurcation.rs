@@ -8,7 +8,8 @@
 //! | graze | the depth of a contact at its extreme |
 //! | merging | the displacement after half a period, projected on its value at the first orbit |
 //!
-//! The functions of all multipliers keep their sign where real multipliers become a complex pair. Near a
+//! M is the monodromy matrix of an orbit with the multipliers μ, and P_p the derivative of its end with respect to
+//! the parameter. The functions of all multipliers keep their sign where real multipliers become a complex pair. Near a
 //! zero, their smallest factor represents their size ([`Test::at`]).
 
 use super::kind::{Kind, ON_CIRCLE, Test, critical, off_circle, pairs_outside};
@@ -122,7 +123,7 @@ impl Bifurcation {
 /// The bifurcations between the last two of `knots`, in order. Each knot is an orbit of the branch with its
 /// arclength. The result is `None` if a bifurcation cannot be located. The two orbits may then not be
 /// neighbours on the branch, and the caller should retry with a shorter step. If no shorter step is possible
-/// (`last_resort`), bifurcations that cannot be located are omitted.
+/// (`last_resort`), or for all kinds but folds if the step is short, the result has a wide bracket or is omitted.
 pub fn between(
     map: &mut impl CycleMap,
     span: &Span,

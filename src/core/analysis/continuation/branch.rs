@@ -61,7 +61,7 @@ const LONGEST_STEP_TO_PARENT: f64 = 1e-4;
 /// turned back.
 const AT_START: f64 = 1e-7;
 
-/// Smallest part of the parameter in a chord whose sign is not round-off.
+/// Smallest share of the parameter in the length of a chord at which its sign is not round-off.
 const LEAST_SLOPE: f64 = 1e-3;
 
 /// Factor by which a rejected step is shortened.
@@ -242,7 +242,7 @@ fn half_branch(
                     let sense = half_branch.orbits.iter().nth_back(1).and_then(Orbit::sense);
                     let chord = &ahead.direction;
                     let is_steep = chord.p.abs() < LEAST_SLOPE * chord.length();
-                    // Without a fold in between, the parameter continues in its direction, even at a corner.
+                    // Without a fold between the last two orbits, the parameter keeps its direction, even at a corner.
                     let goes_on = sense.is_some() && sense == last.sense() && !is_steep;
                     let same_way = if goes_on { chord.p } else { exact.cosine(chord) };
                     if same_way < 0.0 {
@@ -392,6 +392,7 @@ fn angle(a: &Vector, b: &Vector) -> f64 {
 
 /// The orbit at the end of the interval that a step crosses. [`End::Interval`] if the step began at this end.
 /// [`End::Corner`] if the orbit found there is far from the step, so that it belongs to another branch.
+/// [`End::Lost`] if none is found.
 fn at_the_end(
     map: &mut impl CycleMap,
     span: &Span,

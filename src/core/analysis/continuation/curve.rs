@@ -76,7 +76,7 @@ const LARGEST_TURN: f64 = 0.5;
 /// Accuracy of a located point, relative to the interval of the sought parameter. Along a fold's null vector,
 /// it is relative to the motion's size.
 const LOCATED: f64 = 1e-9;
-/// Largest number of orbits computed for one point.
+/// Largest number of steps of the secant method for one point.
 const MOST_TRIALS: usize = 60;
 
 /// Largest distance of the critical multiplier of a located point from its value at the bifurcation. A
@@ -258,7 +258,7 @@ fn angle_to_step(
 
 /// A function of an orbit that is zero on the curve.
 enum CurveFunction {
-    /// Distance between the multiplier nearest to the given one and the critical value of the bifurcation.
+    /// Signed distance of the multiplier nearest to the given one from the critical value of the bifurcation.
     Multiplier(Kind, Complex64),
     /// The depth of the extreme nearest in time to the given one \[half gaps\].
     Depth(Extreme),
@@ -312,9 +312,8 @@ impl CurveFunction {
     }
 }
 
-/// The next point of the curve and its coordinates, from a polynomial in the fixed parameter through the last
-/// points. The polynomial uses points from the latest one back to the point where the fixed parameter
-/// reverses.
+/// Guess of the next point: its coordinates u and its parameters, from a polynomial in the fixed parameter through
+/// the last orbits, latest first. The polynomial uses orbits back to the one where the fixed parameter reverses.
 fn extrapolated(
     last_orbits: &[&Orbit],
     target: MapParameters,
@@ -423,7 +422,7 @@ fn point(
             let orbit = older.2.with_multipliers(period).map_err(|_| NO_ORBIT)?;
             return orbit.with_details(map).map_err(|_| NO_ORBIT);
         }
-        // There may be no orbit beyond a graze. Reverse the step once, then halve it.
+        // There may be no orbit beyond a graze. Reverse the very first step once; otherwise halve the step.
         let mut shorter = change.clamp(-LONGEST_TRIAL, LONGEST_TRIAL);
         let mut found = None;
         for refusal in 0..MOST_REFUSALS {
@@ -460,7 +459,8 @@ fn point(
     Err("the bifurcation is not found nearby")
 }
 
-/// Whether a bifurcation lies on a known curve, that is, on a segment between two similar orbits.
+/// Whether a bifurcation lies on a known curve of its kind: near the segment between two neighbouring points, with an
+/// orbit near theirs.
 pub fn is_known(plane: &CurveSettings, curves: &[Curve], bifurcation: &Bifurcation) -> bool {
     curves
         .iter()

@@ -24,8 +24,8 @@ pub trait ParametricDrive {
     /// The reason why there is no model.
     fn model(&self, at: MapParameters) -> Result<Model, String>;
 
-    /// The derivative of the model with respect to a parameter, per unit, through states of `through`
-    /// ([`Model::combined`]).
+    /// The derivative of the model with respect to a parameter, per unit. It is a difference of models whose states
+    /// become comparable in the basis `through` ([`Model::combined`]).
     ///
     /// # Errors
     /// The reason why there is no derivative.
@@ -68,13 +68,13 @@ struct CurrentModel {
     at: MapParameters,
     kernel: Volterra<'static>,
     norm: EnergyNorm,
-    /// To states of the first model.
+    /// From states of this model to those of the first model.
     change: StateChange,
     workspace: <Volterra<'static> as Kernel>::Workspace,
 }
 
 impl CurrentModel {
-    /// The model, with the change to states of `first`, or of itself.
+    /// The model, with the change to states of the basis `first`, or to its own states without it.
     fn new(
         family: &impl ParametricDrive,
         at: MapParameters,

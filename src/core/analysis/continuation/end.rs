@@ -21,7 +21,8 @@ pub enum End {
         /// The reason.
         reason: NoOrbit,
     },
-    /// The branch turns by more than the largest angle, however small the step.
+    /// Every step is rejected, however small, although orbits are found. For example, the branch turns by more than the
+    /// largest angle, or the orbits lie on another branch.
     Corner,
     /// The branch is followed in one direction only, and this is its first orbit.
     Start,

@@ -58,7 +58,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// A description in words. `first` is the number in the results of this exploration's first branch.
+    /// A description in words. `first` is the number that the first branch of this exploration has in the results.
     pub fn text(&self, first: usize) -> String {
         match self {
             Self::Found(value) => format!("an orbit at {value}"),

@@ -1,4 +1,4 @@
-//! The kinds of bifurcations, and the functions whose zeros are bifurcations.
+//! The kinds of bifurcations, and the functions whose zeros are bifurcations. M is the monodromy matrix of an orbit.
 
 use super::map::CycleMap;
 use super::orbit::{Orbit, SAME_ORBIT, length};

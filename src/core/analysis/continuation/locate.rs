@@ -32,7 +32,7 @@ pub(super) struct Located {
     pub bracket: [f64; 2],
     /// The nearest orbits on both sides.
     sides: [Orbit; 2],
-    /// Whether the bracket is narrow enough.
+    /// Whether the zero is exact, or the bracket at most [`NARROW`] long.
     pub narrow: bool,
 }
 
@@ -94,8 +94,9 @@ impl Located {
 /// the step if that is larger. The step is a chord across the merging and may be shorter than this distance.
 const FARTHEST: f64 = 0.02;
 
-/// The period doubling of the orbits of period `period`, at which the branch merges into them. The search
-/// follows these orbits, because the equations of the branch itself are singular there.
+/// The period doubling of the orbits of period `period`, at which the branch merges into them: the orbit, the arclength
+/// at the end of the step, and the bracket of the parameter. `None` if it is not found. The search follows these
+/// orbits, because the equations of the branch itself are singular there.
 pub(super) fn merging(
     map: &mut impl CycleMap,
     span: &Span,
@@ -154,7 +155,7 @@ pub(super) fn merging(
 /// choice.
 const PARTS: [f64; 4] = [0.5, 0.3, 0.7, 0.1];
 
-/// The zero of a test between the last two orbits.
+/// The zero of a test between the last two of `knots`; `None` if the test has no value at one of them.
 pub(super) fn locate(
     map: &mut impl CycleMap,
     span: &Span,
@@ -222,7 +223,7 @@ pub(super) fn locate(
     })
 }
 
-/// The end of a bracket with the smaller value. Each end has its arclength, value and orbit.
+/// The end of a bracket whose value is closer to zero. Each end has its arclength, value and orbit.
 fn nearer<'a>(low: &'a (f64, f64, Orbit), high: &'a (f64, f64, Orbit)) -> &'a (f64, f64, Orbit) {
     if low.1.abs() < high.1.abs() { low } else { high }
 }

@@ -19,7 +19,7 @@ use crate::propagate::{Observer, Window};
 pub struct Onset {
     /// The parameters at the onset. The load among them is the largest one under which contact is lost.
     pub at: MapParameters,
-    /// Mesh phase of the graze \[cycles of the base period\].
+    /// Time of the graze from the start of the excitation's period \[mesh cycles\].
     pub phase: f64,
     /// Largest modulus of the multipliers; below 1, the orbit is stable down to the onset.
     pub radius: f64,
@@ -28,7 +28,7 @@ pub struct Onset {
 /// Largest number of loads tried, each twice the previous one, until contact lasts.
 const MOST_DOUBLINGS: u32 = 14;
 
-/// Number of sampled positions per window.
+/// Number of intervals between the sampled positions of a window.
 const PLACES: usize = 48;
 
 /// Number of steps of the search for the phase at which the load that keeps contact is largest. Each step removes a
@@ -57,7 +57,7 @@ impl Observer for Depths<'_> {
 /// the drive does not stay in contact under any load tried.
 ///
 /// # Errors
-/// [`MapError`] if there is no model.
+/// [`MapError`].
 pub fn onset<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
     at: MapParameters,
@@ -134,7 +134,7 @@ pub fn onset<F: ParametricDrive>(
     }))
 }
 
-/// The orbit on which the drive flank stays in contact; `None` if any contact opens or closes.
+/// The orbit on which the drive flank stays in contact; `None` if any contact opens or closes, or if none is found.
 fn in_contact<F: ParametricDrive>(
     map: &mut DriveMap<'_, F>,
     at: MapParameters,

@@ -5,6 +5,9 @@
 //! | M − I   P_p | | Δu |     | P(u, p) − u |
 //! | cᵀ      c_p | | Δp |  = −| c·(u − u₀) + c_p (p − p₀) |
 //! ```
+//!
+//! P is the map over a period, M and P_p are its derivatives with respect to u and p, and (c, c_p) is the normal of the
+//! plane through the guess (u₀, p₀). Without a plane, the second row and column are absent.
 
 use super::map::{CycleMap, Details, MapError, MapParameters};
 use crate::numerics::linalg::{eigenvalues, solve};
@@ -57,8 +60,8 @@ impl Orbit {
         self.multipliers.iter().filter(|m| m.norm() > 1.0).count()
     }
 
-    /// Whether `det(M − I)` is negative for an even number of coordinates. The parameter changes its direction along a
-    /// branch where this sign changes. `None` if a multiplier is too close to 1.
+    /// Whether an odd number of real multipliers is above 1, which gives the sign of `det(M − I)`. The parameter
+    /// changes its direction along a branch where this sign changes. `None` if a multiplier is too close to 1.
     pub(super) fn sense(&self) -> Option<bool> {
         let real = || {
             self.multipliers
@@ -134,7 +137,7 @@ pub enum NoOrbit {
     /// The map could not be evaluated at an iterate of Newton's method.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// Newton's method did not converge.
+    /// Newton's method did not converge, or the multipliers of its result are not finite.
     #[error("Newton's method ends {residual:.0e} half gaps away from an orbit")]
     Newton {
         /// The last residual \[half gaps\].

@@ -99,7 +99,7 @@ pub fn apart(span: &Span, a: &Orbit, b: &Orbit) -> f64 {
 }
 
 /// The guess at an arclength `s`: the polynomial through the nearest orbits, given with their arclengths. Its `p` is
-/// the parameter itself, without its unit.
+/// the parameter itself, not divided by the length of its interval.
 pub fn guess(span: &Span, knots: &[(f64, &Orbit)], s: f64) -> Vector {
     let mut near: Vec<&(f64, &Orbit)> = knots.iter().collect();
     near.sort_by(|a, b| (a.0 - s).abs().total_cmp(&(b.0 - s).abs()));
@@ -133,7 +133,7 @@ pub enum PathCondition<'v> {
     Always(&'v Vector),
 }
 
-/// Finds the orbit near a guess.
+/// Finds the orbit near a guess, with the period and the other parameter of `like`.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -147,7 +147,7 @@ pub fn place(
     solution(map, span, like, guess, across)?.complete(map, like.period)
 }
 
-/// Finds the orbit near a guess, without details except its size.
+/// Finds the orbit near a guess as [`place`] does, but without details. Its size is that of `like`.
 ///
 /// # Errors
 /// [`NoOrbit`].
@@ -163,7 +163,7 @@ pub fn place_bare(
     Ok(orbit)
 }
 
-/// Finds the orbit near a guess, without multipliers and details.
+/// Finds the orbit near a guess as [`place`] does, but without multipliers and details.
 ///
 /// # Errors
 /// [`NoOrbit`].

@@ -15,9 +15,9 @@ pub struct OrbitSearchSettings {
     pub cycles: u64,
     /// Longest period.
     pub longest: u32,
-    /// Maximum number of Newton searches for each period.
+    /// Maximum number of Newton searches for each period from the first trajectory. Further ones have one search each.
     pub guesses: usize,
-    /// Initial state of the trajectories.
+    /// Initial state of the first trajectory.
     pub initial: InitialState,
 }
 
@@ -59,7 +59,7 @@ pub fn orbits<F: ParametricDrive>(
     Ok(found)
 }
 
-/// Finds the orbit near a guess, reduces it to its shortest period, and adds it to `found` if it is new.
+/// Finds the orbit near a guess, reduces it to its shortest period, and adds it to `orbits` if it is new.
 pub fn take(
     map: &mut impl CycleMap,
     orbits: &mut Vec<Orbit>,
@@ -109,7 +109,7 @@ fn strobes<F: ParametricDrive>(
     unit: u32,
 ) -> Result<Vec<Vec<f64>>, MapError> {
     let mut state = start;
-    // Guesses are used from the start of the excitation's period.
+    // Newton's method integrates from the start of the excitation's period, so the path starts there.
     let transient = search.transient.next_multiple_of(u64::from(unit));
     map.advance(at, transient, &mut state, &mut ())?;
     let mut path = vec![map.coordinates(&state.state)];

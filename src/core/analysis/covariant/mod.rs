@@ -2,8 +2,8 @@
 //!
 //! Covariant Lyapunov vectors of a motion that does not repeat, by Ginelli's algorithm. Tangents are
 //! integrated forwards and orthonormalised once per mesh cycle, and the factors R are kept. The coefficients
-//! of the vectors are then propagated backwards through these factors ([`ginelli`]). Each vector grows by one
-//! exponent; its local exponents are those of single cycles. If the spaces of growing and of shrinking
+//! of the vectors are then propagated backwards through these factors ([`ginelli`]). Each vector grows on average
+//! by one exponent per cycle. If the spaces of growing and of shrinking
 //! directions touch, the motion is not hyperbolic. Trajectories with small errors then need not be shadowed
 //! by true ones.
 

@@ -35,7 +35,7 @@ pub(in crate::analysis) struct Balance<'m> {
 pub(in crate::analysis) struct WindowEndContacts {
     /// The segment of every contact.
     segments: Vec<Segment>,
-    /// The closed contacts and their deflections \[m\].
+    /// The closed contacts that act as springs, and their deflections \[m\].
     closed: Vec<(usize, f64)>,
     /// Mesh phase, in cycles.
     phase: f64,
@@ -63,7 +63,7 @@ impl WindowEndContacts {
         }
     }
 
-    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; `None` if the contact is open.
+    /// Stiffness \[N/m\] and compression \[m\] of a contact's spring; `None` if no closed contact acts as a spring.
     fn spring(&self, model: &Model, contact: usize) -> Option<[f64; 2]> {
         let (_, deflection) = self.closed.iter().find(|(closed, _)| *closed == contact)?;
         Some(spring(

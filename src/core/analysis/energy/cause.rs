@@ -9,11 +9,11 @@ pub(in crate::analysis) enum Cause {
     Error,
     /// Varying stiffness of contacts.
     Stiffness,
-    /// Dampers of the contacts, springs released while compressed, and impacts on rigid stops.
+    /// Dampers of the contacts, springs released while compressed, slipping dry sliders, and impacts on rigid stops.
     Contact,
-    /// Damping of the structure, minus the input by its cross-coupled springs.
+    /// Damping and cross-coupled springs of the structure.
     Structure,
-    /// Friction of the contacts at the speeds of vibration.
+    /// Friction on the flanks at the speeds of vibration, and dry friction.
     Friction,
 }
 

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use std::sync::atomic::AtomicBool;
 use strum::IntoStaticStr;
 
-/// Number of a point's first random stream for its twins; smaller numbers are for its tangents and probes.
+/// Number of the random stream of a point for the tangent. The twins have the next numbers.
 const FIRST_STREAM: u64 = 1 << 33;
 
 /// Discarded mesh cycles in which the tangent aligns with the direction of strongest growth.
@@ -45,7 +45,8 @@ const MOST_STATES: u64 = 256;
 /// Number of strobe states that is sufficient for the saturation.
 const ENOUGH_STATES: u64 = 32;
 
-/// Periods of the excitation of which the distance between strobe states is a multiple, if enough states remain.
+/// Numbers of periods of the excitation. The distance between strobe states is a multiple of the first one that leaves
+/// enough states.
 const BANDS: [u64; 6] = [12, 6, 4, 3, 2, 1];
 
 /// Settings for the measurement of predictability.
@@ -160,8 +161,8 @@ pub fn predictability<K: Kernel>(
     Ok(outcome(&record, &separations, saturation, config))
 }
 
-/// Distance in cycles between strobe states of a record of `followed` cycles. All states have one phase of the
-/// excitation, and lie in one band if the motion passes through several bands in turn, as states of twins do.
+/// Distance in cycles between strobe states of a record of `followed` cycles. If enough states remain, all have one
+/// phase of the excitation, and lie in one band if the motion passes through several bands in turn, as twins do.
 fn stride(followed: u64, period: u64) -> u64 {
     let least = followed.div_ceil(MOST_STATES);
     let multiples = BANDS.map(|bands| least.next_multiple_of(bands * period));

@@ -55,8 +55,8 @@ fn independent_values_average_with_the_square_root() {
     assert_eq!(decay(measures[..2].iter()), None);
 }
 
-/// The distance is the shortest of at most 256 states, rounded up to whole excitations and twelve bands, while enough
-/// states remain.
+/// The distance is the shortest one with at most 256 states, rounded up to a multiple of up to twelve periods of the
+/// excitation. The multiple is the largest that leaves enough states.
 #[test]
 fn strobe_states_have_one_phase_and_one_band() {
     assert_eq!(stride(6400, 1), 36);

@@ -91,7 +91,7 @@ pub struct AttractorOutcome {
     /// Standard error of the exponent \[1/cycle\].
     pub lambda_stderr: Option<f64>,
     /// Lower end of the 95 % interval of the mean life of chaos \[cycles\], from all probes of the point
-    /// together; `None` for other motions.
+    /// together; `None` for other motions, or if no probe was chaotic.
     pub chaos_lifetime_low: Option<f64>,
     /// Root mean square of the deflection about its mean \[m\].
     pub deflection_rms: Option<f64>,

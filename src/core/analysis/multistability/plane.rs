@@ -7,10 +7,10 @@
 //! ```
 //!
 //! with the participations w of the mesh deflection, so that x and y are the mesh deflections due to the
-//! displacements \[m\]. The modes are those of the undamped structure, with a rotated basis of rigid
-//! rotations, for coupled modes too. A slice of velocities gives mode i the velocity `s x/wᵢ`, with s
-//! \[rad/s\] the mode's scale in energy. This velocity has as much energy as the displacement x. The phase
-//! plane of one mode i varies its displacement by x/wᵢ and its velocity by y/wᵢ, so that y is the rate of the
+//! displacements \[m\]. The modes are those of the undamped structure, for coupled modes too. Rigid rotations are
+//! combined so that only the last of them deflects the mesh. A slice of velocities gives mode i the velocity
+//! `s x/wᵢ`, with s \[rad/s\] the mode's scale in energy. This velocity has as much energy as the displacement x. The
+//! phase plane of one mode i varies its displacement by x/wᵢ and its velocity by y/wᵢ, so that y is the rate of the
 //! mesh deflection \[m/s\].
 
 use crate::analysis::norm::modal_scales;

@@ -15,7 +15,7 @@ use crate::propagate::{Counters, Kernel, Stop};
 /// 1e-10 divided by its decay per cycle.
 const SAME_ORBIT: f64 = 1e-4;
 
-/// Exponent per cycle above which a motion is undamped.
+/// Decay of neighbours per cycle below which a motion counts as undamped.
 const NEUTRAL: f64 = 1e-7;
 
 /// Number of standard errors of their difference by which averages of one attractor may differ. With

@@ -165,7 +165,7 @@ mod tests {
         assert_eq!(stretches.complete(), [[1.0, 1.0]]);
     }
 
-    /// Sums of 1, 2, 3 … over stretches of three units or more.
+    /// Sums of 1 and of the number of the unit, from 0, over stretches of three units or more.
     fn counted(units: u32) -> BlockSums<[f64; 2]> {
         let mut stretches = BlockSums::new([0.0; 2], 3);
         for unit in 0..units {

@@ -120,7 +120,7 @@ impl Contacts {
         (!self.speeds.values().is_empty()).then_some(self.fastest)
     }
 
-    /// A quantile of these speeds \[m/s\] and its standard error.
+    /// Quantile of the speeds of impacts on these flanks \[m/s\], at the probability `share`, with its standard error.
     pub(super) fn speed(&self, share: f64) -> Option<(f64, f64)> {
         quantile(self.speeds.values(), share)
     }

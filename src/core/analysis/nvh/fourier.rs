@@ -268,8 +268,8 @@ mod tests {
             .sum()
     }
 
-    /// All methods of integration agree, with few orders and with many, on windows of any length. The first
-    /// window of a length is integrated by nodes, later ones by stored integrals.
+    /// All methods of integration agree, with few orders and with many, on windows of any length. With
+    /// few orders, the first window of a length is integrated by nodes or term by term, later ones by stored integrals.
     #[test]
     fn all_ways_agree_with_quadrature() {
         let (period, rules) = (0.7, Rules::shared());
@@ -319,7 +319,7 @@ mod tests {
         }
     }
 
-    /// A wave of half the mesh frequency keeps its amplitude when windows are joined to bound the memory.
+    /// A wave of a quarter of the mesh frequency keeps its amplitude when windows are joined to bound the memory.
     #[test]
     fn sub_orders_of_long_records_keep_their_amplitude() {
         let period = 0.01;

@@ -48,8 +48,8 @@ for_each_set! {
 }
 
 for_each_set! {
-    /// Even part, then odd part of a series at positive nodes. For every group of nodes the rule has the
-    /// values of P_0, P_1, … there, term after term. Returns the smallest and the largest value at all nodes.
+    /// Writes the even part, then the odd part of a series at positive nodes to `out`. `polynomials` has the values of
+    /// P_0, then of P_1, … at these nodes. Returns the smallest and the largest value at all nodes.
     fn parts(polynomials: &[Lanes], series: &Series, out: &mut [Lanes]) -> [f64; 2] = parts_body
 }
 

@@ -42,7 +42,8 @@ impl Losses {
         })
     }
 
-    /// Energy \[J\] lost on every contact over a window, with the force of the first mesh at nodes.
+    /// Passes the index of every closed contact with friction to `lost`, with the energy \[J\] lost on it over a
+    /// window. `force` is the force of the first mesh at nodes.
     pub fn each(
         &self,
         set: InstructionSet,
@@ -226,7 +227,7 @@ mod tests {
     }
 
     /// A force near its release has one sign change, at different positions and with different widths. A
-    /// series with several changes is integrated by halving.
+    /// series with several changes is integrated from one change to the next.
     #[test]
     fn one_change_of_sign_is_proved_at_the_nodes() {
         let rules = Rules::shared();

@@ -76,7 +76,7 @@ impl Nvh {
                 if model.of_mesh(contact) {
                     (usize::from(contact_data.side < 0.0), contact_data.side)
                 } else {
-                    // The spring of a slider has no side.
+                    // The spring of a dry slider and the stick of dry friction have no side.
                     let has_force = matches!(contact_data.release, Release::Stick | Release::Grip);
                     let side = if has_force { 1.0 } else { contact_data.side };
                     (contact - model.flank_springs + FLANKS, side)
@@ -163,7 +163,7 @@ impl Nvh {
     }
 
     /// Keeps the complete stretches within the first `cycles` of those measured. Impact speeds, durations of
-    /// contacts and flights, and sub-orders also keep the few cycles after these.
+    /// contacts and flights, and sub-orders also keep the cycles after these.
     pub fn cut(&mut self, cycles: u64) {
         self.finish();
         self.stretches.cut(cycles);

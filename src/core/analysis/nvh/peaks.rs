@@ -2,8 +2,8 @@
 //!
 //! The largest value of a record grows with the length of the record. The largest value of a mesh cycle has a
 //! distribution, whose quantiles do not depend on the length. Few operations per window are needed: values at
-//! the nodes of the rule, which other statistics also need, bound the extremes of a window. At the end of a
-//! cycle, only the window that may contain the extreme is searched.
+//! the nodes of the rule, which other statistics also need, bound the extremes of a window. Only
+//! windows that may contain the extreme of their cycle are searched.
 
 use super::rule::{NodeValues, peaks};
 use super::sample::Sample;
@@ -196,8 +196,9 @@ impl Peaks {
     /// Quantiles of `peak` over mesh cycles at [`PEAK_SHARES`], and their standard errors; `None` before the
     /// end of a cycle.
     ///
-    /// If the motion repeats after `repeats` cycles, the quantiles are those of one period. A quantile is
-    /// then the smallest peak that this share of the cycles does not exceed. Its error is zero.
+    /// If the motion repeats after `repeats` cycles, the quantiles are those of one period, or of all kept cycles
+    /// if some were dropped. A quantile is then the smallest peak that this share of the cycles does not exceed.
+    /// Its error is zero.
     pub(super) fn quantiles(
         &self,
         repeats: Option<u32>,

@@ -158,8 +158,8 @@ impl Rules {
 impl Sizes {
     /// Whether the short rule, exact to degree 63, integrates the fourth power of the series to round-off,
     /// about a centre that is `about` below its mean. With `t_m = Σ_{n≥m} |a_n|` and s the sum of all: four
-    /// degrees that add up to 64 or more contain one of 16, another of 14 and another of 9, so that the error
-    /// is about `24 t₁₆ t₁₄ t₉ s`. Squares are exact.
+    /// degrees up to 23 that add up to 64 or more contain one of at least 16, another of at least 14 and another of
+    /// at least 9, so that the error is about `24 t₁₆ t₁₄ t₉ s`. Squares are exact.
     pub(super) fn falls_off(&self, about: f64) -> bool {
         let all = self.variation + about.abs();
         24.0 * self.tails.iter().product::<f64>() <= ROUND_OFF * all * all * all

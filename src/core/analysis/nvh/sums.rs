@@ -66,7 +66,7 @@ impl Sums {
 }
 
 impl Sums {
-    /// Moves the centres down by `shift`, in half gaps for δ and in newtons for F. The new sums follow from
+    /// Moves the centres down, by d half gaps for δ and by e newtons for F. The new sums follow from
     /// the sums about the present centres by the binomial formula.
     pub(super) fn recentre(&mut self, [d, e]: [f64; 2]) {
         let (t, [m1, m2, m3, m4]) = (self.time, self.moments);
@@ -166,7 +166,7 @@ pub(super) fn statistics(sums: &Sums, origin: Origin) -> NvhStatistics {
     }
 }
 
-/// A quotient; 0 if its denominator is zero (a motionless mesh).
+/// A quotient; 0 if its denominator is not positive, as for a motionless mesh.
 pub(super) fn ratio(numerator: f64, denominator: f64) -> f64 {
     if denominator > 0.0 { numerator / denominator } else { 0.0 }
 }

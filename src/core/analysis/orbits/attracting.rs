@@ -27,7 +27,7 @@ const PREDICTION_SLACK: f64 = 0.2;
 
 /// An observed approach over some periods of an orbit.
 struct ObservedApproach {
-    /// Offsets from the orbit in energy coordinates.
+    /// Offsets from the orbit in energy coordinates, before and after the observation.
     before: Mat<f64>,
     after: Mat<f64>,
     /// Prediction of `after` by the monodromy matrix.
@@ -182,8 +182,8 @@ pub fn approaches<K: Kernel>(
     Ok(watch.is_linear(&observed))
 }
 
-/// Largest factor by which the components of an offset may be left after an observation, except along the
-/// slowest direction.
+/// Largest factor by which an observation leaves the components of an offset across the slowest direction, if the
+/// approach counts as one along this direction.
 const OTHERS_LEFT: f64 = 0.1;
 
 /// Cosine of the angle between offset and prediction above which both count as parallel.
@@ -245,9 +245,9 @@ pub fn observe_approach<K: Kernel>(
     }
 }
 
-/// Whether `trajectory` approaches `orbit` along its slowest direction from a distance at which the linear map does
-/// not predict the rate. Near a bifurcation, the multiplier of that direction has a modulus near 1, and quadratic and
-/// cubic terms outweigh its distance from 1.
+/// How `trajectory` approaches `orbit` along its slowest direction from a distance at which the linear map does not
+/// predict the rate; `None` if it does not approach. Near a bifurcation, the multiplier of that direction has a
+/// modulus near 1, and quadratic and cubic terms outweigh its distance from 1.
 ///
 /// All other directions have decayed, so states move on a line through the orbit. The trajectory and states ever
 /// nearer to the orbit move towards it, and the last one moves as the linear map predicts. With two slow multipliers,

@@ -13,8 +13,8 @@ use faer::Mat;
 use num_complex::Complex64;
 
 /// Monodromy matrix of `period` mesh cycles from `start`, which is advanced by them. It is the derivative of the end
-/// with respect to the start in energy coordinates `y = weight x`, without the neutral pair. Dimension 2(N −
-/// neutral), components in the order of [`EnergyNorm::weighted_components`].
+/// with respect to the start in energy coordinates `y = weight x`. Its components are those of
+/// [`EnergyNorm::weighted_components`], in this order.
 ///
 /// # Errors
 /// [`Stop`] as for any integration.

@@ -190,7 +190,7 @@ impl<'a, K: Kernel> Shooting<'a, K> {
             }
             let stagnant = last <= STAGNANT && residual > 0.5 * last;
             if last <= CONVERGED || stagnant {
-                // Nearly neutral orbits: the last step was round-off, magnified.
+                // The last step towards a nearly neutral orbit may be magnified round-off.
                 if residual > 2.0 * STAGNANT {
                     return Ok(None);
                 }

@@ -34,11 +34,11 @@ pub(super) const SIGMAS: f64 = 5.0;
 pub(super) struct LookResult {
     /// Why the error bars are not verified; `None` if they are.
     pub(super) unverified: Option<String>,
-    /// Why the requested errors are not met, if they are not.
+    /// Why the requested errors or life of chaos are not met, if they are not.
     pub(super) missed: Option<String>,
     /// Why NVH statistics do not meet their requested errors, if they do not.
     pub(super) statistics_missed: Option<String>,
-    /// Whether NVH statistics have a stop rule and meet it.
+    /// Whether NVH statistics have a stop rule and meet it, with verified error bars or in a survey.
     pub(super) statistics_enough: bool,
     /// Whether the requested errors need more cycles than the budget.
     pub(super) futile: bool,
@@ -273,7 +273,7 @@ fn statistics_of_motion(all: &Record) -> Vec<AveragedStatistic> {
     statistics
 }
 
-/// A number of cycles to two significant digits.
+/// A number of cycles, rounded up to two significant digits.
 fn rounded(cycles: f64) -> u64 {
     let unit = 10f64.powf(cycles.max(1.0).log10().floor() - 1.0);
     ((cycles / unit).ceil() * unit) as u64

@@ -12,7 +12,7 @@
 //! 5. At few looks, each after twice as many cycles, the errors of all trajectories together are evaluated.
 //!    The point ends when the errors are small enough or cannot become so, or when the budget is spent.
 //!
-//! If every trajectory settled, the point has the results of the motion on which they settled.
+//! If every trajectory left the motion, the point has the results of the motion on which most of them ended.
 
 mod ensemble;
 mod instruments;
@@ -108,7 +108,7 @@ impl<K: Kernel> PointRun<'_, K> {
         self.unsettled(searches)
     }
 
-    /// Advances the transient. Returns early if the trajectory approaches an attracting orbit.
+    /// Advances the transient. Returns early with an orbit that attracts the trajectory, otherwise `None` at the end.
     fn transient(
         &mut self,
         searches: &mut Option<OrbitSearchTimes>,

@@ -130,8 +130,8 @@ mod tests {
     #[test]
     fn looks_tell_how_many_cycles_come() {
         let verified = |target, error, cycles| outlook(Effort::Verified, target, error, cycles);
-        // 400 (0.05 / 0.01)^2 = 10 000 cycles: the first look may suffice, or the second if the motion is
-        // skew.
+        // 400 (0.05 / 0.01)^2 = 10 000 cycles: the first look may suffice, or the second if the
+        // statistics are skewed.
         assert_eq!(verified(Some(0.01), 0.05, 160_000), [60_000.0, 20_000.0]);
         // 400 (0.06 / 0.01)^2 = 14 400 cycles: the same.
         assert_eq!(verified(Some(0.01), 0.06, 160_000), [60_000.0, 20_000.0]);

@@ -117,7 +117,8 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// One cycle of the trajectory, its tangents and its twin. Returns the growth of the first tangent.
+    /// One cycle of the trajectory, its tangents and its twin. Returns the growth of the first tangent, 0
+    /// without tangents.
     pub(super) fn cycle<O: Observer>(
         &mut self,
         growth: &mut Option<TangentGrowth>,

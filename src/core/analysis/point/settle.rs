@@ -78,8 +78,8 @@ pub(super) struct PeriodMap {
 const LARGEST_ROUND_OFF: f64 = 1e-9;
 
 impl<K: Kernel> PointRun<'_, K> {
-    /// Searches for an attracting orbit next to the trajectory. If the trajectory approaches one, it is put
-    /// on this orbit.
+    /// Searches for an attracting orbit near the trajectory with one of the periods `candidates`. If the
+    /// trajectory approaches one, it is put on this orbit.
     pub(super) fn seek_orbit(
         &mut self,
         candidates: &[u32],
@@ -152,8 +152,8 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// Confirms a periodic motion by its multipliers and measures one period, which describes it completely.
-    /// `None` if a multiplier lies outside the unit circle (a long stay near an unstable orbit). A multiplier
-    /// on the circle shows an undamped motion.
+    /// `None` if the multipliers cannot be computed, or if one lies outside the unit circle (a long stay near an
+    /// unstable orbit). A multiplier on the circle shows an undamped motion.
     pub(super) fn settle(
         &mut self,
         motion: PeriodicMotion,

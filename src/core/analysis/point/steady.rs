@@ -90,8 +90,8 @@ impl<K: Kernel> PointRun<'_, K> {
     }
 
     /// The motion in steady contact, if the trajectory approaches it; the trajectory is then moved to this
-    /// motion. The trajectory must be in contact over the next period. If the approach fails, the trajectory has
-    /// advanced up to the failure, within the transient.
+    /// motion. The trajectory must be in contact over the next period. If no approach is observed, the trajectory
+    /// has advanced over the observation, unless that exceeds the transient.
     pub(super) fn seek_steady(
         &mut self,
         steady: &mut Steady,

@@ -94,8 +94,8 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         }
     }
 
-    /// The derivative of a trajectory that starts at the numbers `x` in the states of every model, although their meaning
-    /// depends on the parameter ([`Self::numbers`]).
+    /// The derivative of a trajectory whose initial state has the components `x` at every value of the parameter. The
+    /// basis of the components depends on the parameter. [`Self::numbers`] gives their derivative at later times.
     pub fn of_equal_numbers(
         model: &'m Model,
         by: &'m ModelDerivative,
@@ -110,7 +110,8 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
         &self.state
     }
 
-    /// The derivative of the numbers at the end of the last window, in the states of every model.
+    /// The derivative of the state's components at the end of the last window, in the basis that depends on the
+    /// parameter.
     pub fn numbers(&self) -> Vec<f64> {
         let turned = self.derivative.turned(&self.end);
         self.state.iter().zip(turned).map(|(y, t)| y - t).collect()

@@ -25,8 +25,8 @@ use num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 use std::sync::Arc;
 
-/// Minimum number of samples per period of the highest order. Components above three times that order alias
-/// to lower orders.
+/// Minimum number of samples per period of the highest order. Only components above three times that
+/// order alias into the spectrum.
 const SAMPLES_PER_TURN: usize = 4;
 
 /// Maximum length of a segment that contains whole periods of the excitation, relative to the requested
@@ -55,7 +55,7 @@ pub struct Welch {
     highest_order: usize,
     /// The cycle of the first window.
     first: Option<u64>,
-    /// Samples taken since then.
+    /// Samples taken since the start of this cycle.
     sample_count: u64,
     records: Vec<Record>,
     transform: Arc<dyn RealToComplex<f64>>,

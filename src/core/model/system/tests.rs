@@ -200,7 +200,7 @@ fn a_rotation_under_drag_rests_anywhere() {
     }
 }
 
-/// A component of a fast mode is rounding beside a displacement that is a billion times as large.
+/// A component of a fast mode counts as round-off if another displacement is more than a billion times as large.
 #[test]
 fn rounding_does_not_move_what_is_at_rest() {
     let model = Model::new(

@@ -7,8 +7,8 @@
 use super::parts::{CLUSTER_DISTANCE, CLUSTER_SHIFT, SCALAR_DEVIATION};
 use faer::{Mat, prelude::*};
 
-/// Replaces the columns of `vectors` that belong to coinciding eigenvalues with imaginary parts above
-/// `smallest`.
+/// Replaces eigenvectors, the columns of `vectors`, by independent ones where several eigenvalues coincide whose
+/// imaginary parts exceed `smallest`.
 pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, smallest: f64) {
     let size = a.norm_l2();
     let mut left: Vec<usize> = (0..values.len())

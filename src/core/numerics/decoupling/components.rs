@@ -3,7 +3,7 @@
 use super::parts::{DecouplingError, Direction, SVD_ROUND_OFF};
 use faer::Mat;
 
-/// Sets off-diagonal round-off to zero. Returns the sets of modes that the remaining entries connect.
+/// Sets off-diagonal entries up to `floor` to zero. Returns the sets of modes that the remaining entries connect.
 pub(super) fn components(coupling: &mut [Mat<f64>; 2], floor: [f64; 2]) -> Vec<Vec<usize>> {
     let n = coupling[0].nrows();
     let mut label: Vec<usize> = (0..n).collect();
@@ -31,8 +31,8 @@ pub(super) fn components(coupling: &mut [Mat<f64>; 2], floor: [f64; 2]) -> Vec<V
 
 /// Rotates the rigid modes of a component such that directions without coupling are separate coordinates.
 ///
-/// It first separates directions whose rows and columns are zero in both matrices, then those whose columns
-/// are zero in both, then those whose columns are zero in the stiffness only.
+/// It first separates directions whose rows and columns are zero in both matrices (damping and stiffness), then
+/// those whose columns are zero in both, then those whose columns are zero in the stiffness.
 pub(super) fn isolate_rigid(
     part: &[usize],
     mut rigid: Vec<usize>,

@@ -34,7 +34,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
             }
         })
     };
-    // Divide each row by its largest entry, because a light drag makes small rows.
+    // Divide each row of a residual by the largest entry of this row of A, because a light drag makes small rows.
     let weight: Vec<f64> = rows
         .iter()
         .map(|r| r.iter().fold(0.0_f64, |m, e| m.max(e.1.abs())))
@@ -154,8 +154,9 @@ pub(super) fn sylvester(
     [[x[0], x[1]], [x[2], x[3]]]
 }
 
-/// Transforms a block for `mu ± i nu` to the form `[[mu, nu], [-nu, mu]]`. One phase is free. It makes the
-/// displacements in the first column as large as possible. The columns are scaled to length 1 on average.
+/// Transforms a block for `mu ± i nu` to the form `[[mu, nu], [-nu, mu]]`; leaves other blocks unchanged. The free
+/// phase is chosen such that the displacements in the first column are as large as possible. The columns have a
+/// root mean square length of 1.
 pub(super) fn standardise(block: &mut Block) {
     if !block.rotation {
         return;
@@ -200,12 +201,12 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds a product to every sum.
+    /// Adds `factors[c] · values[c]` to the sum of every column c.
     fn add(&mut self, factors: &[f64], values: &[f64]) {
         add_products(factors, values, &mut self.sum, &mut self.error);
     }
 
-    /// Adds a multiple of one number to every sum.
+    /// Adds `factor · values[c]` to the sum of every column c.
     pub(super) fn add_multiple(&mut self, factor: f64, values: &[f64]) {
         self.add(&vec![factor; values.len()], values);
     }

@@ -29,7 +29,7 @@ pub struct Decoupled {
     /// `[[0, 1], [-(w² + S_ii), -D_ii]]` for an uncoupled mode, `[[0, 1], [0, l]]` for a rigid
     /// direction with an exact zero eigenvalue, `[[mu, nu], [-nu, mu]]` for the pair `mu ± i nu`,
     /// and a general block for two nearly parallel eigenvectors or two real eigenvalues. Two zero
-    /// eigenvalues without a slow decay beside them (a rigid body under a gyroscopic couple) share
+    /// eigenvalues that have no decaying partners (a rigid body under a gyroscopic couple) share
     /// a block of zeros.
     pub generators: Vec<[[f64; 2]; 2]>,
     /// `T`, `2N` by `2N`, row by row.
@@ -37,7 +37,7 @@ pub struct Decoupled {
     /// `T⁻¹`, `2N` by `2N`, row by row.
     pub from_structure: Vec<f64>,
     /// Ratio of the largest to the smallest singular value of `T` with displacements multiplied by
-    /// the modes' frequencies and columns scaled to length 1.
+    /// the scales of the modes, usually their frequencies, and columns scaled to length 1.
     pub condition: f64,
     /// Whether `T` is the identity, which holds when no two modes are coupled.
     pub identity: bool,
@@ -49,14 +49,14 @@ pub struct Decoupled {
 /// row, 1/s) and `stiffness` holds `S` (`N` by `N`, row by row, 1/s²). Neither matrix needs to be
 /// symmetric.
 ///
-/// Rigid directions without entries in `D` and `S` on both sides are separated by a rotation first, and each
-/// takes the place of a rigid mode. Then the modes are split into the connected components of
-/// the coupling graph. A component of one mode keeps its companion block without arithmetic. In a
-/// larger one, blocks are in the order of `sqrt(|det B_i|)`, the modulus of their eigenvalues.
+/// Rigid directions whose columns are zero in `D` and `S`, or in `S`, are separated by a rotation first, and each
+/// takes the place of a rigid mode. Then the modes are split into the connected components of the coupling graph.
+/// A component of one mode keeps its companion block without arithmetic. In a larger one, blocks are in ascending
+/// order of `sqrt(|det B_i|)`, the geometric mean of the moduli of their eigenvalues.
 ///
 /// # Errors
-/// Wrong lengths, values that are not finite, negative frequencies, and components in
-/// which more than two eigenvectors are nearly parallel.
+/// Wrong lengths, values that are not finite, negative frequencies, an iteration that does not converge, and
+/// components in which more than two eigenvectors are nearly parallel.
 pub fn decouple(
     frequency: &[f64],
     damping: &[f64],

@@ -217,7 +217,7 @@ impl<'a> Columns<'a> {
         self.lift_with_displacements(&self.zero, y, b, rotation)
     }
 
-    /// As [`Self::lift`], but only for the unsprung displacements `zero`.
+    /// As [`Self::lift`], but of the unsprung displacements only `zero` are set. The others stay 0.
     fn lift_with_displacements(
         &self,
         zero: &[usize],

@@ -445,8 +445,8 @@ fn three_nearly_parallel_eigenvectors_are_paired_once() {
     }
 }
 
-/// Equal planets around a centre, each a chain of two bodies, in random modes. Most eigenvalues repeat, with
-/// one repetition less than there are planets. Without separation, round-off would make their eigenvectors
+/// Equal planets around a centre, each a chain of two bodies, in random modes. The multiplicity of most
+/// eigenvalues is the number of planets minus 1. Without separation, round-off would make their eigenvectors
 /// nearly parallel.
 #[test]
 fn equal_bodies_have_independent_eigenvectors() {

@@ -8,8 +8,8 @@ use num_complex::{Complex64, c64};
 use std::ops::Range;
 
 /// Largest number of steps for one eigenvalue. With several nearly equal and nearly double eigenvalues, many
-/// shifts fail before one succeeds. Many such matrices need more than the 300 steps that LAPACK allows. After
-/// every further 180 steps, a third of them is still unsolved.
+/// shifts fail before one succeeds. Many such matrices need more than the 300 steps that LAPACK allows. Each further
+/// 180 steps leave a third of them unsolved.
 const MOST_STEPS: usize = 3000;
 
 /// Number of steps for one eigenvalue between exceptional shifts. These prevent an endless repetition of
@@ -205,8 +205,8 @@ fn shifted_steps(h: &mut [f64], size: usize) -> Option<Vec<Complex64>> {
             x = at_end + 0.75 * s;
             (y, w) = (x, -0.4375 * s * s);
         } else if pair[1].im == 0.0 {
-            // If both shifts are real, use the nearer one twice: two shifts would prevent nearly double
-            // eigenvalues from separating.
+            // If both shifts are real, use the one nearer to the last diagonal entry twice: two different shifts
+            // would prevent nearly double eigenvalues from separating.
             let nearer = pair[1].re;
             (x, y, w) = (nearer, nearer, 0.0);
         }

@@ -1,4 +1,4 @@
-//! The eigenvectors of each system of a structure and its mesh, and the products that lead from one system to another.
+//! The eigenvectors of each system of a structure and its mesh, and the maps of states from one system to another.
 
 use super::basis::{Basis, FoundBasis, Map, columns, padded};
 use super::lanes::MixedModes;

@@ -4,7 +4,7 @@
 //! `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`, with sums over its closed contacts. K and D are diagonal; they are full
 //! if dampers, drag, gyroscopic terms or cross-coupled bearings couple modes. The coordinates z decompose A into 2 × 2
 //! blocks: `x = T z`, `z' = G z`. They do not depend on load or gap, and on the speed only with gyroscopic terms. The
-//! coordinates of free flight are the model's blocks, which are the modes if nothing couples these. Maps to and from
+//! coordinates of free flight are the model's blocks, which are the modes if nothing couples them. Maps to and from
 //! "modes" in this file are maps to and from the model's blocks.
 
 use super::sets::Sets;
@@ -22,7 +22,7 @@ const LARGEST_ERROR: f64 = 1e-11;
 /// Frequency that scales rigid displacements in the error of a basis, relative to the fastest rate.
 const RIGID_FREQUENCY: f64 = 1e-2;
 
-/// Length of a padded component of a state: first components fill whole lane groups, then second ones.
+/// Half the length of a padded state: its first components fill whole lane groups, then its second components do.
 pub fn padded(modes: usize) -> usize {
     modes.next_multiple_of(LANES)
 }

@@ -118,7 +118,7 @@ fn nodes<V: Vector, const L: usize>(check: &mut BlockCheck<'_>, lines: [usize; L
     }
 }
 
-/// Bounds of the contribution of the waves to each line.
+/// Bounds of the contributions of all blocks to each deflection, and of waves to its second derivative.
 #[inline(always)]
 fn bound<V: Vector>(check: &mut BlockCheck<'_>) {
     /// `√(x² + y²) ≤ max + (√2 − 1) min` of the sizes of two numbers; not more than 1.09 times the root.

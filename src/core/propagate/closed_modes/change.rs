@@ -138,8 +138,8 @@ impl ClosedModes<'_> {
         &self.breakpoints[(cycle % self.breakpoints.len() as u64) as usize]
     }
 
-    /// Passes the earlier breakpoints of open contacts. Then [`Workspace::closed`] has the state in which a contact closes at
-    /// this time of a cycle.
+    /// Passes the breakpoints before `time` \[s\], none of which changes the present system. Then [`Workspace::closed`]
+    /// has the state in which a contact closes at this time of a cycle.
     pub(super) fn pass_breakpoints_of_open_contacts(
         &self,
         cycle: u64,

@@ -61,8 +61,8 @@ impl Frequencies {
         }
     }
 
-    /// The inputs' values at a later time: after the turns up to a node, if given, and after a short rest
-    /// \[s\] as defined by [`super::lanes::SHORT`].
+    /// The inputs' values at another time: after the turns up to a node, if given, and after a time `rest` \[s\] as
+    /// short as [`super::lanes::SHORT`], which may be negative.
     #[inline(always)]
     pub fn turn_to(&self, node: Option<&[[f64; 2]]>, rest: f64, inputs: &[f64], out: &mut [f64]) {
         let (pairs, out) = (

@@ -153,7 +153,7 @@ pub(super) struct SplitTime<'s> {
     system: &'s System,
     /// Number of the node; 0 is the start of the block.
     node: usize,
-    /// Time after the node \[s\].
+    /// Time after the node, or negative before it \[s\].
     pub rest: f64,
 }
 

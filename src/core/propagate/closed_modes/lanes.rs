@@ -26,7 +26,7 @@ impl Chunk {
 /// `e^{Gt}` of a lane group of blocks, row by row.
 pub type BlockPropagator = [Lanes; 4];
 
-/// Terms of cos, sin, cosh and sinh.
+/// Number of terms of the series of cos, sin, cosh and sinh.
 pub const TERMS: usize = 8;
 
 /// `1/n!`.
@@ -54,7 +54,7 @@ pub struct MixedModes {
     pub all: usize,
     /// The mixed modes.
     pub modes: Vec<usize>,
-    /// 1 at the components of the others, 0 elsewhere.
+    /// 1 at the components of the modes that are not mixed, 0 elsewhere.
     pub alone: Vec<f64>,
 }
 

@@ -1,15 +1,15 @@
-//! The kernel of closed modes: it integrates each set of closed contacts in the eigenvectors of that set.
+//! The kernel of closed modes: it integrates in the eigenvectors of the system with the present closed contacts.
 //!
 //! While no contact opens, closes or changes its stiffness, the drive is linear. In the eigenvectors of its present
-//! system ([`bases`]) every coordinate pair moves independently. A block of a mesh cycle costs one 2 × 2 product per
-//! pair, and one small product for the deflection of each line at eight nodes. Bounds of the deflection's second
-//! derivative prove that nothing happens between the nodes ([`search`]); intervals without such a proof are halved. A
-//! change of the system is one dense product. The bases depend on neither speed nor load nor gap. If there are few sets
-//! of closed contacts, all bases are computed once for a structure and its mesh. Otherwise the kernel computes the
-//! bases of the sets that a motion reaches ([`build_slot`]).
+//! system ([`bases`]) every pair of coordinates moves independently. A block of time has eight nodes. It costs one
+//! 2 × 2 product per pair, and one small product for the deflection of each line at the nodes. Bounds of the
+//! deflection's second derivative prove that there is no event between nodes ([`search`]); intervals without such a
+//! proof are halved. A change of the system is one dense product. The bases do not depend on load or gap, and on the
+//! speed only with gyroscopic terms. If there are few sets of closed contacts, all bases are computed once for a
+//! structure and its mesh. Otherwise the kernel computes the bases of the sets that a motion reaches ([`build_slot`]).
 //!
-//! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form
-//! ([`excitation`]): a state is `z = y + steady · inputs`, and y moves without any input.
+//! Inputs (constant torques, ripple, transmission errors) have steady responses in closed form ([`excitation`]):
+//! a state is `z = y + steady · inputs`, and y moves without input. Only very slow blocks keep a constant input.
 
 mod bases;
 mod basis;
@@ -67,7 +67,7 @@ pub struct ClosedModes<'m> {
     /// State that every contact has if it is closed, and its line, at the start of each mesh cycle of a base
     /// period.
     starts: Vec<Vec<(usize, usize)>>,
-    /// (cos, sin) of all frequencies up to each node.
+    /// (cos, sin) of the angle by which each frequency turns from the start of a block to each node.
     turns: Vec<Vec<[f64; 2]>>,
     /// The modes that changes of the system mix.
     mixed: MixedModes,
@@ -75,7 +75,7 @@ pub struct ClosedModes<'m> {
     step: f64,
     /// Nodes per second.
     per_step: f64,
-    /// Blocks and breakpoints of a mesh cycle.
+    /// Number of blocks of a mesh cycle without events, plus its largest number of breakpoints.
     planned: usize,
     event_limit: u32,
     instructions: InstructionSet,
@@ -106,8 +106,8 @@ impl<'m> ClosedModes<'m> {
         Self::of_bases(model, event_limit, sets, bases, instructions)
     }
 
-    /// Builds the kernel of a model from kept bases, which are valid for every speed, load and half gap. See
-    /// [`Self::new`] for the other arguments.
+    /// Builds the kernel of a model from kept bases. They are valid for every load and half gap, and for every speed
+    /// that does not change the structure. See [`Self::new`] for the other arguments.
     ///
     /// # Errors
     /// As for [`Self::new`], or if the tables belong to another model.
@@ -186,7 +186,7 @@ impl<'m> ClosedModes<'m> {
         Ok(kernel)
     }
 
-    /// Fastest rate of all systems and inputs, or a little more \[1/s\].
+    /// Upper bound of the rates of all systems and inputs \[1/s\].
     fn fastest(&self) -> f64 {
         2.0 * lanes::SHORT * self.per_step
     }
@@ -199,8 +199,8 @@ impl<'m> ClosedModes<'m> {
     /// The bases of a model as arrays to be kept.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, flanks with errors, contacts that open by force, too many sets
-    /// of closed contacts, too large tables, eigenvectors too nearly parallel.
+    /// Stiffness that is negative or varies within a segment, flanks with errors, contacts that do not open at the gap,
+    /// too many sets of closed contacts, too large tables, eigenvectors too nearly parallel.
     pub fn arrays(model: &Model) -> Result<Vec<TableArray>, TableError> {
         let (sets, _) = suited(model)?;
         bases::arrays(model, &sets)
@@ -230,7 +230,7 @@ fn read<'k>(model: &Model, kept: &'k dyn KeptTables) -> Result<(Sets, Bases<'k>)
     Ok((sets, bases))
 }
 
-/// Refuses an undamped block in resonance with a harmonic. Systems that are built on demand are checked then.
+/// Refuses an undamped block in resonance with a harmonic. Systems built on demand are checked when they are built.
 fn all_unresonant(
     model: &Model,
     sets: &Sets,

@@ -66,7 +66,8 @@ pub fn rises(bounds: MarginBounds, rate: f64, end: f64, length: f64) -> bool {
     rate > bent || (end > 0.0 && (rate - bent) * length + end > 0.0)
 }
 
-/// The first root on an interval. The margin is not negative at the start.
+/// The first time on an interval at which a margin becomes negative; `None` if it stays positive or only touches zero.
+/// At the start the margin is not negative beyond round-off.
 #[inline(always)]
 pub fn exit<M: Margin + ?Sized>(
     margin: &mut M,

@@ -20,7 +20,8 @@ pub struct ContactClass {
     pub direction: usize,
 }
 
-/// The numbered systems of a drive. Each contact has a state: 0 if it is open, else its class plus 1.
+/// The numbered systems of a drive. Each contact has a state: 0 if it is open, else its class plus 1. A `set` is the
+/// number of a system.
 #[derive(Debug, Clone)]
 pub struct Sets {
     /// Classes of each contact.
@@ -36,8 +37,8 @@ impl Sets {
     /// The systems of a model.
     ///
     /// # Errors
-    /// Stiffness that varies within a segment, flanks with errors, contacts that open by force, films, too many
-    /// systems.
+    /// Stiffness that is negative or varies within a segment, flanks with errors, contacts that do not open at the
+    /// gap, too many contacts or systems.
     pub fn new(model: &Model) -> Result<Self, TableError> {
         let mut sets = Self {
             classes: Vec::new(),

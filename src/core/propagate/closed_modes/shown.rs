@@ -19,7 +19,7 @@ use crate::propagate::{ClosedContact, Observer, Window};
 use num_complex::{Complex64, c64};
 
 impl ClosedModes<'_> {
-    /// The series of a system.
+    /// The series of the deflections of a system, one entry per line.
     pub(super) fn series_of(&self, slot: &Slot<'_>) -> Vec<Series> {
         (0..self.model.lines.len())
             .map(|line| self.series_along(&slot.basis, &slot.system, line))

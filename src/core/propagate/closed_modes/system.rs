@@ -25,7 +25,8 @@ pub struct System {
     /// Change of the coordinates of each drift from the start of a block to each node, due to its constant
     /// input.
     pub pushes: Vec<[[f64; 2]; NODES]>,
-    /// Indices of the coordinates with an effect on some line; first and second components alternate.
+    /// Indices of the coordinates of mixed modes ([`MixedModes`]) and of other modes with an effect on some line; first
+    /// and second components alternate.
     pub places: Vec<usize>,
     /// The views of all lines of the model.
     pub views: Vec<LineView>,
@@ -377,8 +378,8 @@ fn pushes(drift: &Drift, block: &Block, step: f64) -> [[f64; 2]; NODES] {
     all
 }
 
-/// Largest contributions of the rates of a block's coordinates to a second derivative, over all nodes. `rate` is their
-/// contribution to the first derivative. `|e^{Gt}| ≤ e^{(μ+σ)t} (I + t |M|)`.
+/// Largest contributions per unit rate of each of a block's coordinates to the second derivative of a deflection, over
+/// all nodes. `rate` is the row of the first derivative over the coordinates. `|e^{Gt}| ≤ e^{(μ+σ)t} (I + t |M|)`.
 fn variation_bounds(block: &Block, rate: [f64; 2], step: f64) -> [f64; 2] {
     let time = NODES as f64 * step;
     let grown = ((block.growth() + block.spread().unwrap_or(0.0)).max(0.0) * time).exp();

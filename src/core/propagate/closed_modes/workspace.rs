@@ -29,7 +29,7 @@ pub struct Workspace {
     pub set: usize,
     /// Values of the inputs now, and a zero that makes their number even.
     pub inputs: Vec<f64>,
-    /// Memory for such values.
+    /// Memory of the same size: values of the inputs at the time `spare_time`.
     pub spare_inputs: Vec<f64>,
     /// Length of a padded state.
     pub length: usize,
@@ -67,8 +67,8 @@ pub struct LineState {
     pub rate: f64,
     /// Deflections at its nodes \[m\].
     pub nodes: Lanes,
-    /// Largest contributions of the oscillating modes to the deflection \[m\] and to its second derivative
-    /// \[m/s²\].
+    /// Largest contributions of all blocks to the deflection \[m\], and of waves (blocks that oscillate) to its
+    /// second derivative \[m/s²\].
     pub waves: [f64; 2],
     /// Bounds of the contact margins on this line (curvature, fastest rate, round-off).
     pub bounds: MarginBounds,
@@ -85,7 +85,7 @@ pub struct WatchedContact {
     pub scale: f64,
     /// ± the half gap \[m\].
     pub shift: f64,
-    /// Intervals of the present block in which it may open or close, the first in bit 0.
+    /// Intervals of the present block in which it may open or close, the first in bit 0, and the bit `BEYOND`.
     pub open: u32,
 }
 

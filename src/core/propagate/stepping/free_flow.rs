@@ -6,7 +6,7 @@ use crate::model::Block;
 /// holds one matrix entry of all blocks, so that the compiler can vectorise the loop over blocks.
 ///
 /// ```text
-/// exp(A t) = e^{μt} (cos νt I + sin νt/ν M)
+/// exp(A t) = e^{μt} (cos νt I + sin νt/ν M),   M = A − μ I
 /// ∫₀ᵗ exp(A s) ds = C I + S M,   C = ∫ e^{μs} cos νs ds,   S = ∫ e^{μs} sin νs/ν ds
 /// ```
 #[derive(Debug, Clone)]

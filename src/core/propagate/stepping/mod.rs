@@ -66,8 +66,8 @@ struct RippleTable {
 
 impl Stepping {
     /// The kernel with at least `steps` steps per mesh cycle, rounded up so that every segment boundary is a step
-    /// boundary. A boundary that is on no grid of at most 10 000 parts moves to the nearest step, a first-order
-    /// error. A cycle with more than `event_limit` events ends the integration.
+    /// boundary. If no grid of at most [`MOST_PARTS`] equal parts contains all boundaries, they move to the nearest
+    /// step, a first-order error. A cycle with more than `event_limit` events ends the integration.
     pub fn new(model: &Model, steps: u32, event_limit: u32) -> Self {
         let period = model.period();
         let base = model.base_cycles();
@@ -161,8 +161,9 @@ impl Stepping {
         &self.directions[self.segment(contact, cycle, j).direction]
     }
 
-    /// The contacts at the start of step `j`. If the line or the gap of a contact changes there, the contact
-    /// may open or close. The time of this change is prescribed, so tangents do not change.
+    /// The states of the contacts at the start of step `j`; `last` if no line or gap changes there. If the line or the
+    /// gap of a contact changes, the contact may open or close. The time of this change is prescribed, so tangents do
+    /// not change.
     fn turn<O: Observer, const M: usize>(
         &self,
         trajectory: &mut TrajectoryState,

@@ -159,7 +159,7 @@ impl VaryingSpeed {
     }
 
     /// Solves a window that starts at `start` \[s\] of a speed interval. The window is at most `longest`
-    /// \[s\] long and is halved until its series converge.
+    /// \[s\] long. It is halved until its series converge, at most [`HALVINGS`] times.
     fn solve(
         &self,
         motion: &Motion,
@@ -321,13 +321,12 @@ impl VaryingSpeed {
             motion.events = 0;
             counters.cycles += 1;
         }
-        // The stiffness may jump here. If the gap or the line jumps, no contact is exactly on its surface any
-        // more.
+        // Stiffness, gaps and lines may jump here, so no margin is known to be zero.
         motion.standing = [ActiveSet::FREE; 2];
         self.set_segments(motion, workspace);
     }
 
-    /// The contacts that remain exactly on their surface at a phase where the gap or the line of others jumps.
+    /// The sets `standing` without the contacts whose gap or line jumps at the phase of a motion.
     fn standing_after_jumps(
         &self,
         motion: &Motion,

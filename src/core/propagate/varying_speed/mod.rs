@@ -1,7 +1,7 @@
 //! How does a drive move while its speed varies?
 //!
 //! Mesh phase, transmission errors, stiffness and ripple follow the mean rotation. On a [`SpeedInterval`] the
-//! rotation and the loads are polynomials of time. A motion starts and stops at any time. The mean rotation
+//! rotation and the loads are polynomials of time. A motion may start and stop at any time. The mean rotation
 //! is that of the whole drive as a rigid body, and mesh forces do not act on it.
 //! [`SpeedInterval::accelerated`] gives the torque that accelerates it.
 //!
@@ -68,10 +68,10 @@ pub struct Motion {
     pub phase: f64,
     /// Time \[s\].
     pub time: f64,
-    /// Contacts that have just opened or closed: first those on their surfaces, then those whose force has
-    /// vanished.
+    /// Contacts with an event at this time, whose margins are therefore zero: first those on their surfaces, then
+    /// those with zero force.
     pub standing: [ActiveSet; 2],
-    /// Contacts that have opened or closed in this mesh cycle.
+    /// Number of openings and closings in this mesh cycle.
     pub events: u32,
 }
 
@@ -88,7 +88,7 @@ pub struct VaryingSpeed {
     on_bearings: Vec<[f64; LOAD_TERMS]>,
     outputs: Vec<Rows>,
     bearings: Vec<Rows>,
-    /// Mesh phases of every cycle of a base period at which a segment ends.
+    /// Mesh phases at which a segment of any contact ends, one list per cycle of a base period.
     ends: Vec<Vec<f64>>,
     /// Largest deflection along every line. Beyond it, a motion has diverged.
     farthest: Vec<f64>,
@@ -169,8 +169,8 @@ impl VaryingSpeed {
         Some(pinion? * torques[0] + wheel? * torques[1])
     }
 
-    /// Whether the drive rotates freely, but the structure does not define how a torque on the pinion's shaft
-    /// acts on it.
+    /// Whether the drive has flanks and rotates freely, but the structure does not define how a torque on the
+    /// pinion's shaft acts on it.
     pub fn lacks_torque(&self) -> bool {
         let turns = self.model.has_flanks() && self.model.free_rotations().next().is_some();
         turns && self.mobility[0].is_none()

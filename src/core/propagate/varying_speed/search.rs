@@ -1,8 +1,8 @@
 //! Which event comes first on a window?
 //!
-//! An open contact closes where δ rises to its gap. A closed one opens where δ falls back to it or, if it
-//! never pulls, where its force vanishes. A contact that opened because its force vanished is still
-//! compressed. It closes again where the force that it would have rises to zero. Once δ is back at the gap,
+//! An open contact closes where s δ rises to its gap. A closed one opens where s δ falls back to the gap or, if
+//! it never pulls, where its force vanishes. A contact that opened because its force vanished is still
+//! compressed. It closes again where the force that it would have rises to zero. Once s δ is back at the gap,
 //! the contact is free.
 
 use super::VaryingSpeed;
@@ -172,7 +172,7 @@ impl VaryingSpeed {
         };
         let other = match closed {
             false => Some(surface(1.0, false, EventCause::Freedom)),
-            // A step of line or gap has moved it beyond its surface.
+            // A jump of line or gap has moved the closed contact off its surface.
             true if !known && indentation[0] < -noise => {
                 Some(surface(1.0, false, EventCause::Surface))
             }

@@ -30,8 +30,8 @@ impl SpeedInterval {
         interval
     }
 
-    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `rotation` requires. Unchanged if the
-    /// drive does not rotate freely.
+    /// Adds the torque on the pinion's shaft that accelerates the whole drive as `rotation` requires. Unchanged if no
+    /// known torque on this shaft turns the whole drive.
     #[must_use]
     pub fn accelerated(mut self, kernel: &VaryingSpeed) -> Self {
         if let Some(mobility) = kernel.mobility[0] {
@@ -50,7 +50,7 @@ impl SpeedInterval {
         (0..=PLACES).all(|k| value(&speed, f64::from(k) / f64::from(PLACES) * self.duration) > 0.0)
     }
 
-    /// Largest speed \[rad/s\], or a bound of it.
+    /// Upper bound of the speed \[rad/s\].
     pub(super) fn fastest(&self) -> f64 {
         let sizes = rate(&self.rotation).map(f64::abs);
         value(&sizes, self.duration)

@@ -10,7 +10,7 @@ use std::f64::consts::TAU;
 /// Coupling of the blocks and a contact along a direction.
 #[derive(Debug, Clone)]
 pub struct Gains {
-    /// Gains of the deflection by components.
+    /// Deflection per unit of each component.
     pub deflection: Rows,
     /// Input g of the contact force: a force F changes the rates of the components by −g F.
     pub input: Rows,

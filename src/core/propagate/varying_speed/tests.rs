@@ -190,7 +190,7 @@ fn acceleration_loads_the_mesh() {
         "{with_drag} {exact}"
     );
     assert_eq!(free, None);
-    // 60 rad/s over 0.5 s and half of 400 rad/s² over it: 80 rad.
+    // 60 rad/s · 0.5 s + ½ · 400 rad/s² · (0.5 s)² = 80 rad.
     let cycles = motion.cycle as f64 + motion.phase;
     assert!(
         (cycles / (80.0 * 20.0 / TAU) - 1.0).abs() < 1e-14,
@@ -198,7 +198,7 @@ fn acceleration_loads_the_mesh() {
     );
 }
 
-/// An end with a large inertia follows the imposed angle while the speed rises. A spring connects it to a
+/// An end with a large inertia follows the imposed angle ψ while the speed rises. A spring connects it to a
 /// light inertia, whose relative vibration obeys `z'' + 2 ζ ω z' + ω² z = −ψ''`.
 #[test]
 fn an_imposed_motion_follows_the_rotation() {
@@ -249,7 +249,7 @@ fn an_imposed_motion_follows_the_rotation() {
     kernel
         .advance(&mut motion, &stretch, &mut room, &mut (), &mut counters)
         .unwrap();
-    // Initially, the end has no displacement and no velocity.
+    // Initially, the heavy end has no displacement and no velocity.
     let exact = imposed(time) - imposed(0.0) - time * imposed_rate(0.0);
     let rotation = motion.state[0] / total.sqrt();
     assert!((rotation - exact).abs() < 1e-11, "{rotation} {exact}");

@@ -1,10 +1,10 @@
 //! Which vector instructions does this process use, and how is a loop written once for all of them?
 //!
-//! Every loop is written over arrays of lanes. With the target features enabled, the compiler turns it into
-//! the machine's vectors. Loops contain no closures and no `map` of an array: the compiler may call both
-//! instead of inlining them, and a called closure does not inherit the features. Results differ between
-//! instruction sets within rounding (fused or separate multiply-add). Runs with one instruction set give the
-//! same bits.
+//! Every loop is generic over a [`Vector`] of eight lanes. Its operations are intrinsics for AVX2 and AVX-512, and
+//! loops over arrays otherwise. No vector operation is in a closure or in the `map` of an array: the compiler may
+//! call both instead of inlining them, and a called closure does not inherit the target features. Results differ
+//! between instruction sets within rounding (fused or separate multiply-add). Runs with one instruction set give
+//! the same bits.
 
 mod aligned;
 #[cfg(target_arch = "x86_64")]

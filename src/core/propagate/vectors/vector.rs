@@ -40,7 +40,7 @@ pub trait Vector: Copy {
     /// The lanes in reverse order.
     fn reversed(self) -> Self;
 
-    /// Shifts every lane by one, with a number in the first.
+    /// Every number one lane later, with `first` in the first lane. The last number is lost.
     fn shifted_in(self, first: f64) -> Self;
 
     /// Bit mask of the lanes that are at most those of `other`, the first lane in bit 0. Lanes with NaN count.
@@ -61,7 +61,7 @@ pub trait Vector: Copy {
     /// The larger number of each lane; if `self` or `other` is NaN, the number of `other`.
     fn larger(self, other: Self) -> Self;
 
-    /// The smaller number of each lane, with the same rule.
+    /// The smaller number of each lane; if `self` or `other` is NaN, the number of `other`.
     fn smaller(self, other: Self) -> Self;
 
     /// The sum of every vector, one per lane.
@@ -94,7 +94,7 @@ pub trait Vector: Copy {
         Self::splat(0.0)
     }
 
-    /// The lanes, in the form of a table.
+    /// The lanes as an aligned array.
     #[inline(always)]
     fn lanes(self) -> Lanes {
         let mut out = Lanes::ZERO;

@@ -6,7 +6,7 @@ use crate::numerics::convolution::significant;
 use multiversion::multiversion;
 use num_complex::Complex64;
 
-/// Terms of the series of response kernels; the convolution table's first size.
+/// Number of terms of the series of response kernels, as in the convolution table.
 const KERNEL_TERMS: usize = 32;
 
 /// Legendre series of one block's `e^{At}` on a window.

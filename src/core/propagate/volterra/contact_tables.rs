@@ -24,11 +24,11 @@ pub struct ContactRequest {
     pub varying: bool,
     /// Responses along the line of the force.
     pub impulse: Kernels,
-    /// Other lines on which the force acts.
+    /// Lines with a requested response: other lines, and on joint stretches also the line of the force.
     pub other_lines: Vec<LineResponse>,
 }
 
-/// Response of the deflection along a line to a force that acts along another line.
+/// Response of the deflection along a line to a force along the same or another line.
 #[derive(Debug)]
 pub struct LineResponse {
     pub line: usize,
@@ -44,7 +44,7 @@ pub struct ContactTables {
     pub feedback: Vec<Feedback>,
     /// Matrices for windows with a varying stiffness, if there are any.
     pub nodal: Option<Box<Nodal>>,
-    /// Responses of other lines to the force.
+    /// Responses of the requested lines to the force.
     responses: Vec<Response>,
 }
 
@@ -61,7 +61,7 @@ pub struct Response {
 }
 
 impl ContactRequest {
-    /// S̃ and Q̃ of every stiffness, and the responses of other lines.
+    /// S̃ and Q̃ of every stiffness, and the responses of the requested lines.
     #[cold]
     pub fn tables(&self, set: InstructionSet) -> ContactTables {
         let convolution = convolution24();
@@ -108,7 +108,7 @@ impl LineResponse {
 }
 
 impl ContactTables {
-    /// Response of the deflection along a line to the force.
+    /// Response of the deflection along a line to the force; `None` if it was not requested.
     pub fn response_on(&self, line: usize) -> Option<&Response> {
         self.responses.iter().find(|response| response.line == line)
     }

@@ -1,11 +1,12 @@
 //! One mesh cycle: windows, events, breakpoints.
 //!
 //! Windows lie on a schedule: in contact on that of the closed contact, in free flight on that of the first contact. A
-//! window starts on a cell boundary (`aligned`) or at an event. In contact it may not pass the end of its segment, in
-//! free flight only the end of the cycle. No window passes a time at which a line turns. Off the cell grid, windows of
-//! full length follow one another until one would pass such a breakpoint. That window is cut there, and the integration
-//! is aligned again. There is no grid with several closed contacts ([`super::joint`]), dry sliders ([`super::slide`]),
-//! rigid stops ([`super::impact`]) or dry friction ([`super::stick`]).
+//! window starts on a cell boundary (`aligned`), at an event, or where the last one ends. In contact it may not pass
+//! the end of the contact's segment, in free flight only the end of the cycle. No window passes a time at which a line
+//! or a gap jumps. Off the cell grid, windows of full length follow one another until one would pass such a breakpoint.
+//! That window is cut there, and the integration is aligned again. There is no grid with several closed contacts
+//! ([`super::joint`]), dry sliders ([`super::slide`]), rigid stops ([`super::impact`]) or dry friction
+//! ([`super::stick`]).
 
 use super::Volterra;
 use super::contact_tables::ContactTables;
@@ -281,7 +282,7 @@ impl Volterra<'_> {
             closure.factorise(set, nodal, &mut workspace.factors);
             counters.factorised += 1;
         }
-        // The solution includes the gap error together with the force, with the sign of the contact's side.
+        // The solver takes the gap error times the contact's side, s e.
         let track = WindowSource::Schedule(schedule, stretch);
         let gap_error = (self.tables.gap_errors[contact])
             .then(|| self.gap_error(position, contact, track, workspace))
@@ -310,7 +311,7 @@ impl Volterra<'_> {
         solution.add_gap_error(gap_error.as_ref());
     }
 
-    /// Solves a window with several contacts closed.
+    /// Solves a window on a joint stretch.
     fn solve_jointly(
         &self,
         position: &Position,
@@ -478,7 +479,7 @@ impl Volterra<'_> {
     }
 }
 
-/// The solution of the closed contact on the window.
+/// The solution operator of the closed contact on the window.
 fn closed<'a>(
     (schedule, stretch): (&Schedule, usize),
     tables: &'a ContactTables,

@@ -15,7 +15,7 @@ pub enum ContactSolve<'a> {
 
 /// The solution operator of one distinct pair (k, c), or of one window with varying k.
 ///
-/// With 𝒟 the time derivative of a series and `S = (I + k B + c B')⁻¹`,
+/// With 𝒟 the time derivative of a series, e₀ the series of the constant 1 and `S = (I + k B + c B')⁻¹`,
 ///
 /// ```text
 /// f = S̃ d − s b k S e₀,      S̃ = S (k I + c 𝒟)

@@ -7,7 +7,7 @@ use crate::propagate::SAME_LENGTH;
 /// Round-off of sums of times, relative to the mesh period.
 pub(super) const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
-/// Largest number of window lengths, to keep their tables small.
+/// Largest number of window lengths of a cycle, if equal parts of the cycle can replace them. It limits the tables.
 const MOST_LENGTHS: usize = 4;
 
 /// Windows on equal parts of the whole cycle share one table. They are worth it up to this multiple of the number of
@@ -18,8 +18,8 @@ const WORTH_SHARING: f64 = 1.25;
 /// and bisecting its series to find the events costs more than another window.
 pub(super) const FEWEST: f64 = 4.0;
 
-/// The mesh cycle of a contact, divided into stretches and cells. On a stretch the contact keeps its segment
-/// and no line changes. A stretch has a whole number of equal cells. A cell is a window without a cut.
+/// The mesh cycle of a contact, divided into stretches and cells. On a stretch the contact keeps its segment,
+/// and no contact's line or gap jumps. A stretch has a whole number of equal cells. A cell is a window without a cut.
 #[derive(Debug)]
 pub struct Grid {
     /// Start of every cell \[s\], and the period.
@@ -39,7 +39,7 @@ pub struct Grid {
     pub lengths: Vec<f64>,
 }
 
-/// A part of a mesh cycle on which a contact keeps its segment and no line changes its direction.
+/// A part of a mesh cycle on which a contact keeps its segment, and no contact's line or gap jumps.
 struct GridSection {
     /// Mesh phase at its end.
     end: f64,
@@ -138,7 +138,7 @@ pub fn cells_needed(model: &Model, tolerance: f64) -> f64 {
     cells(model, tolerance, &ends).iter().sum()
 }
 
-/// Whole numbers of cells of the stretches with these end phases.
+/// Number of cells of each stretch, a whole number. `ends` are the mesh phases at which the stretches end.
 fn cells(model: &Model, tolerance: f64, ends: &[f64]) -> Vec<f64> {
     let starts = || std::iter::once(&0.0).chain(ends);
     let fewest = fewest_windows(model, tolerance).max(FEWEST);

@@ -10,7 +10,7 @@
 //! If other stops hold the structure, they take part with impulses: g is then the sum over all impulses, and ρ its
 //! effect on the rate. While a force λ > 0 would be needed, impacts accumulate. With the acceleration `a = ρ λ` towards
 //! the stop the next flight takes `2 ε v / a`, and each later one takes ε times the one before. Their sum is
-//! `τ = 2 ε v / (a (1 − ε))`. The kernel follows impacts one by one until the square of τ, in units of the fastest
+//! `τ = 2 ε v / (a (1 − ε))`. The kernel follows impacts one by one until the square of τ/ε, in units of the fastest
 //! rate, is below round-off. The remaining impacts then change the state by the third power of τ only: the kernel sets
 //! the velocity to zero, and the structure rests. This event has the time at which the impacts would have ended. It
 //! removes two dimensions from the tangents, along g and `A g`. If the structure hits another stop within τ, the speeds

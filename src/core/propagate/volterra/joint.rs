@@ -41,7 +41,7 @@ const MOST_ROUNDS: usize = 40;
 pub struct JointWorkspace {
     /// The system, row by row, with its right-hand sides at the end.
     system: Vec<f64>,
-    /// Free deflections of all columns minus the gap errors of the flanks, contact after contact.
+    /// Free deflections of all columns, contact after contact. The gap error is subtracted from that of the trajectory.
     free: Vec<Row>,
     /// As `free`, but under the forces of the other contacts.
     seen: Vec<Row>,

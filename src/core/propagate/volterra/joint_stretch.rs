@@ -28,7 +28,8 @@ pub struct JointStretch {
     pub views: Vec<LineView>,
 }
 
-/// Whether any two contacts of a model can be closed together. Those on opposite sides of one line cannot.
+/// Whether any two contacts of a model can be closed together. Those on opposite sides of one line cannot, nor can
+/// layers of one film.
 pub fn can_join(model: &Model) -> bool {
     let lines = |contact: &Contact| {
         let mut lines: Vec<usize> = Vec::new();

@@ -1,11 +1,9 @@
 //! The inner loops, compiled for several instruction sets and chosen at run time.
 //!
-//! Every loop is written once over arrays of lanes ([`window`] for whole windows, [`cut`] for cut ones), for
-//! a trajectory and its tangents together ([`columns`]). With the target features enabled, the compiler turns
-//! it into the machine's vectors. Closures would not inherit the features, so there are none. A call does
-//! everything that one window needs, so the choice of the set costs little. Results differ between
-//! instruction sets within rounding (fused or separate multiply-add). Runs with one instruction set give the
-//! same bits.
+//! Every loop is written once, generic over the vectors of the instruction sets ([`window`] for whole windows,
+//! [`cut`] for cut ones), for a trajectory and its tangents together ([`columns`]). A call does everything that one
+//! window needs, so the choice of the set costs little. Results differ between instruction sets within rounding
+//! (fused or separate multiply-add). Runs with one instruction set give the same bits.
 
 mod columns;
 mod crossing;

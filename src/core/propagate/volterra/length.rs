@@ -21,8 +21,9 @@ pub fn longest_joint(model: &Model, segments: &[&Segment], tolerance: f64) -> f6
     2.0 * largest_half_argument(tolerance) / joint_rate(model, segments)
 }
 
-/// Upper bound of the rates \[1/s\] of the structure with several contacts closed, except those on opposite sides of
-/// one line. Springs along φᵢ add a matrix with the norm of `√(kᵢ kⱼ) φᵢ·φⱼ`, which is at most its largest row sum.
+/// Upper bound of the rates \[1/s\] of the structure with several contacts closed, except contacts on opposite sides
+/// of one line or in one film. Springs along φᵢ add a matrix with the norm of `√(kᵢ kⱼ) φᵢ·φⱼ`, which is at most its
+/// largest row sum.
 fn joint_rate(model: &Model, segments: &[&Segment]) -> f64 {
     let open = (model.blocks.iter().map(Block::fastest)).fold(0.0, f64::max);
     let count = segments.len();

@@ -9,7 +9,7 @@
 //!
 //! is a scalar Volterra equation of the second kind. All functions on a window are Legendre series with P = 24 terms
 //! (Galerkin projection), so that the same numbers serve the solution and the event certificates. With 𝒟 the
-//! derivative of a series,
+//! derivative of a series and e₀ the series of the constant 1,
 //!
 //! ```text
 //! d = R x                         free deflection; x holds the blocks and the inputs
@@ -20,9 +20,9 @@
 //!
 //! R, E, B follow in closed form from the Legendre series of the block exponentials
 //! ([`crate::numerics::exponential`]) and a universal convolution table ([`crate::numerics::convolution`]). They
-//! depend on (Ω, Δ) only, so loads, contact states and segments share them. S̃ and Q̃ are stored once per distinct
-//! (k, c). In free flight F = 0, and the mesh is not evaluated. Mean torques, ripple and transmission error are
-//! further rows of R, weighted by 1 and the (cos, sin) of their phases.
+//! depend only on (Ω, Δ) and on the direction of the contact, so loads and contact states share them. S̃ and Q̃ are
+//! stored once per distinct (k, c). In free flight F = 0, and the mesh is not evaluated. Mean torques, ripple and
+//! transmission error are further rows of R, weighted by 1 and the (cos, sin) of their phases.
 //!
 //! A mesh segment is divided into equal windows. Segments of different lengths may have windows of different lengths
 //! Δ, each with separate tables, so that a segment may end anywhere ([`grid`]). A window may start anywhere. It is
@@ -171,14 +171,14 @@ impl<'m> Volterra<'m> {
         length::fastest_rate(model)
     }
 
-    /// Upper bound of the rates \[rad/s\] of the structure with any one contact closed, independent of the
-    /// speed.
+    /// Upper bound of the rates \[rad/s\] of the structure with any one contact closed, without the
+    /// excitation.
     pub fn fastest_structure_rate(model: &Model) -> f64 {
         length::fastest_structure_rate(model)
     }
 
-    /// Windows per mesh cycle that the kernel would need for a model. A stiff mesh, a strong damper or a slow speed
-    /// can make this number impractical.
+    /// Windows per mesh cycle that the kernel would need for the first contact of a model. A stiff mesh, a strong
+    /// damper or a slow speed can make this number impractical.
     pub fn windows_needed(model: &Model, tolerance: f64) -> f64 {
         grid::cells_needed(model, tolerance)
     }
@@ -195,7 +195,7 @@ impl<'m> Volterra<'m> {
         numbers.sum::<usize>() * size_of::<f64>()
     }
 
-    /// Windows per mesh cycle without events.
+    /// Windows in the first mesh cycle of the first contact, without events.
     pub fn windows_per_cycle(&self) -> usize {
         self.tables.first_schedule().grid.cells()
     }

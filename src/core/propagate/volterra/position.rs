@@ -28,7 +28,7 @@ pub(super) struct Position {
 pub(super) enum WindowSource<'t> {
     /// A stretch of a schedule: at most one contact is closed.
     Schedule(&'t Schedule, usize),
-    /// A joint stretch: several contacts are closed.
+    /// A joint stretch: several contacts are closed, or the model has dry sliders, rigid stops or dry friction.
     Joint(&'t JointStretch),
 }
 
@@ -48,13 +48,14 @@ impl<'t> WindowSource<'t> {
         self.views().iter().position(sees).unwrap_or(0)
     }
 
-    /// Whether several contacts are closed.
+    /// Whether this is a joint stretch.
     pub fn is_joint(self) -> bool {
         matches!(self, Self::Joint(_))
     }
 }
 
-/// Returns to the cell grid at a breakpoint. After a change of gap or line no contact counts as on its surface.
+/// Moves to a breakpoint, where a schedule returns to its cell grid. If a gap or line changes at the start of the
+/// schedule's next stretch, no contact counts as on its surface.
 pub(super) fn align(
     position: &mut Position,
     track: WindowSource<'_>,
@@ -70,7 +71,7 @@ pub(super) fn align(
             let next = cell.and_then(|cell| schedule.grid.stretch_from(cell));
             schedule.grid.turned[next.unwrap_or(0)]
         }
-        // A contact on its surface is found there again.
+        // On a joint stretch `crossed` keeps its contacts.
         WindowSource::Joint(_) => false,
     };
     if turned {

@@ -26,7 +26,8 @@ pub(super) enum ContactCondition {
     Surface,
     /// Where its push vanishes.
     NoForce,
-    /// Neither: its push has jumped over zero, or the motion started in this state.
+    /// Neither: its push, gap or line has jumped, the motion started in this state, or the contact is a part of a dry
+    /// slider, of a rigid stop or of dry friction.
     Elsewhere,
 }
 

@@ -1,4 +1,4 @@
-//! Which window tables does a layout of the cycle need? There is one per length and direction.
+//! Which window tables do the windows of a cycle need? There is one table per length and direction.
 
 use super::window_stiffness::WindowStiffness;
 use crate::model::Model;
@@ -14,7 +14,8 @@ pub struct LineView {
     pub contacts: Vec<usize>,
 }
 
-/// The required window tables: one per length and direction, and the other lines that its force acts on.
+/// The required window tables: one per length and direction of a force, with the lines whose response to this force is
+/// needed.
 #[derive(Default)]
 pub struct TableRequests {
     pub kinds: Vec<(usize, usize)>,
@@ -72,8 +73,8 @@ impl TableRequests {
         views
     }
 
-    /// Requests the solution operator of a contact on windows that start anywhere in its segment. `None` if its
-    /// stiffness varies.
+    /// Requests the solution operator of a contact on windows that start anywhere in its segment. Returns its index, or
+    /// `None` if the stiffness varies.
     pub fn close(&mut self, window: usize, closure: WindowStiffness) -> Option<usize> {
         if closure.varies() {
             self.varying[window] = true;

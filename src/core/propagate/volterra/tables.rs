@@ -28,7 +28,7 @@ pub struct VolterraTables {
     pub joint: Vec<Vec<JointStretch>>,
     /// One table per length of window and direction of a contact force.
     pub windows: Vec<WindowTable>,
-    /// Gains of the blocks, one list per direction.
+    /// Constants of every chunk of blocks, one list per direction.
     pub blocks: Vec<Vec<BlockChunk>>,
     /// Input −g of every chunk of blocks, one list per direction.
     pub pulls: Vec<Vec<[Lanes; 2]>>,
@@ -36,11 +36,11 @@ pub struct VolterraTables {
     pub ripple: Vec<Vec<[Lanes; 2]>>,
     /// Whether a contact has gap errors.
     pub gap_errors: Vec<bool>,
-    /// Largest number of windows in a mesh cycle without events.
+    /// Upper bound of the number of windows in a mesh cycle without events.
     most_windows: usize,
 }
 
-/// The mesh cycle of a contact.
+/// The windows of a mesh cycle of a contact.
 #[derive(Debug)]
 pub struct Schedule {
     /// Starts of windows.
@@ -50,7 +50,7 @@ pub struct Schedule {
     pub views_of_stretch: Vec<Vec<LineView>>,
     /// Solution operator of every cell, among those of its window table.
     pub feedback_of_cell: Vec<usize>,
-    /// (cos, sin) of the transmission errors' frequencies at the start of every cell of the first base period.
+    /// (cos, sin) of the transmission errors' frequencies at the start of every cell, for the first base period.
     pub cell_phases: Vec<f64>,
     /// Gap error of every contact on every cell, unless the contact changes its segment there. Empty if no contact has
     /// gap errors.
@@ -185,7 +185,7 @@ impl VolterraTables {
         }
     }
 
-    /// Largest number of windows in a mesh cycle without events, for any closed contacts.
+    /// Upper bound of the number of windows in a mesh cycle without events, for any closed contacts.
     pub fn most_windows(&self) -> usize {
         self.most_windows
     }
@@ -201,7 +201,8 @@ impl VolterraTables {
     }
 }
 
-/// Largest number of windows in a mesh cycle without events, on any schedules and stretches.
+/// Upper bound of the number of windows in a mesh cycle without events: the cells of all schedules, and the windows of
+/// the joint stretches of one cycle.
 fn most_windows(
     schedules: &[Schedule],
     joint: &[Vec<JointStretch>],

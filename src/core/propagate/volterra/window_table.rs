@@ -37,7 +37,7 @@ pub struct WindowTable {
 impl WindowTable {
     /// Tables for windows of a length \[s\] and a direction, without those of windows in contact. `closures` are the
     /// stiffnesses of contacts on such windows, with a flag for further windows with a varying stiffness. `other_lines`
-    /// are the other lines on which the force acts. `exponentials` are those of the blocks on a window of this length,
+    /// are the lines with a requested response. `exponentials` are those of the blocks on a window of this length,
     /// `frequencies` those of the transmission errors. `known` are tables that may share arrays with the new one.
     pub fn new(
         (model, layout): (&Model, TableLayout),
@@ -178,8 +178,8 @@ impl WindowTable {
         rows
     }
 
-    /// Effect of the torque ripples on state and δ. The inputs have their phases. `all` are the rows of R, or
-    /// empty if another table has them.
+    /// Effect of the torque ripples on state and δ. The inputs include the phases of the ripples. `all` are the rows
+    /// of R, or empty if another table has them.
     fn fill_ripple(
         &mut self,
         model: &Model,

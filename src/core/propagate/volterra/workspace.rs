@@ -36,7 +36,7 @@ pub struct Workspace {
     pub delays_from: (u64, f64),
     /// The position where a window was cut.
     pub cut: Cut,
-    /// Factors of the present window, if its stiffness varies off the grid.
+    /// Factors of the present window, if it is off the grid and its stiffness varies.
     pub factors: Factors,
 }
 

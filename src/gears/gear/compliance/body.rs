@@ -6,9 +6,9 @@
 //! tooth without load stiffens the ring like any other. The feet repeat round the gear, so H is a sum of
 //! waves.
 //!
-//! If the foot is clamped, a force f displaces its reference point by `P f`. A displacement U of the foot
-//! adds `pᵀ U`. Here p are the forces on the clamped foot under a unit force at the reference point. The
-//! compliance matrix of several teeth is symmetric, and that of all teeth is positive definite.
+//! The reference point of a force f is where its line crosses the centre line of the tooth. If the foot is clamped, f
+//! displaces this point by `P f`. A displacement U of the foot adds `pᵀ U`, with the forces p on the clamped foot under
+//! a unit force at this point. The compliance matrix of several teeth is symmetric, and that of all positive definite.
 
 use super::plate::{Plate, Resolution};
 use super::ring::{Ring, quarter_turns, waves};
@@ -64,8 +64,8 @@ pub(in crate::gear) struct GearBody {
     tooth: Vec<f64>,
     /// Legendre series of the compliance of the body below the tooth.
     foundation: Vec<f64>,
-    /// Displacements of the teeth 1, 2 … ahead under a load on this tooth, positive in the +x direction of
-    /// this tooth. Each entry has the coefficients of products of two Legendre polynomials, row by row. A row
+    /// Displacements of the teeth 1, 2 … ahead under a load on this tooth, along the forces on their flanks.
+    /// Ahead is the +x direction. An entry has coefficients of products of Legendre polynomials, row by row. A row
     /// belongs to a polynomial of the roll angle of the tooth ahead, a column to one of the roll angle of the
     /// load.
     neighbours: Vec<Vec<f64>>,
@@ -161,8 +161,8 @@ impl GearBody {
         legendre::evaluate(&self.foundation, self.place(roll))
     }
 
-    /// Displacement of the tooth that is `teeth_ahead` ≥ 1 teeth ahead, at its roll angle `roll_ahead`, under
-    /// a unit load at the roll angle `roll`. It is positive in the +x direction of the loaded tooth.
+    /// Displacement of the tooth that is `teeth_ahead` ≥ 1 teeth ahead (in the +x direction), along the force on its
+    /// flank at its roll angle `roll_ahead`, under a unit load at the roll angle `roll` of this tooth.
     /// Exchanging load and displacement gives the same value. `None` beyond the known neighbours.
     pub fn coupling(&self, roll: f64, teeth_ahead: usize, roll_ahead: f64) -> Option<f64> {
         let products = self.neighbours.get(teeth_ahead.checked_sub(1)?)?;
@@ -206,7 +206,7 @@ pub(super) fn series(
 }
 
 /// Compliance matrices of a foot, row by row: displacements under tractions on this foot, then under
-/// tractions on the foot that is 1, 2 … teeth behind it.
+/// tractions on the foot that is 1, 2 … teeth behind it. `None` if a matrix is not definite.
 ///
 /// * `waves`: compliance of the ring for each wave k = 0 … z/2 round the gear;
 /// * `stiffness`: stiffness of a tooth against displacements of its foot;

@@ -7,9 +7,9 @@
 //! φ_0 = 1,   φ_n = √2 cos(n π t)
 //! ```
 //!
-//! moves the pairs by `Σ_nm C_nm q_m φ_n(t)`. Teeth and bodies are solids with free ends ([`super::solid`]). An even
-//! load displaces the pairs like plane gears and causes none of the other waves. Under an even load the slices are
-//! therefore independent.
+//! moves the pairs by `Σ_nm C_nm q_m φ_n(t)`. Teeth and bodies are solids with free ends ([`super::solid`]). A uniform
+//! load is assumed to displace the pairs like plane gears and to cause none of the other waves. Under a uniform load
+//! the slices are therefore independent.
 
 use super::body::series;
 use super::solid::{SolidGear, waves};
@@ -64,7 +64,7 @@ impl FaceCoupling {
         }
     }
 
-    /// Number of waves besides the even one, n ≥ 1.
+    /// Number of waves besides the uniform one, n ≥ 1.
     pub fn waves(&self) -> usize {
         let height = |tooth: &Tooth| tooth.tip_radius - tooth.root_radius;
         let lowest = height(&self.flanks.teeth[0]).min(height(&self.flanks.teeth[1]));
@@ -79,7 +79,7 @@ impl FaceCoupling {
     }
 
     /// Displacements of the pair at position s, by rows, under waves of load on the pair `ahead` base pitches
-    /// further, by columns \[m²/N\]. The transpose exchanges the pairs.
+    /// further, by columns \[m²/N\]. The transpose exchanges the pairs. `None` unless 1 ≤ `ahead` < [`MOST_PAIRS`].
     pub fn coupling(&self, s: f64, ahead: usize) -> Option<Mat<f64>> {
         Some(self.solved()?.ahead.get(ahead.checked_sub(1)?)?.at(s))
     }

@@ -23,7 +23,7 @@ pub(super) fn half_width(materials: &[Material; 2], radius: f64, line_load: f64)
     (4.0 * line_load * radius * give(materials) / PI).sqrt()
 }
 
-/// Approach of the contact to points at given depths below either surface under a line load
+/// Approach of two points at depths h below the contact, one in each body, under a line load w
 /// \[m\]: `w 2/π Σ (1 − ν²)/E (ln(2 h/a) − ν/(2 (1 − ν)))` with the half width a (Weber & Banaschek 1953; Johnson 1985,
 /// eq. 5.58). The approach grows a little less than in proportion to the load.
 pub(super) fn approach(

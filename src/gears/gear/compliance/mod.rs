@@ -48,7 +48,7 @@ impl PairCompliance {
         self.total() - coupling[0] - coupling[1]
     }
 
-    /// All parts in series: a pair alone in contact \[m²/N\].
+    /// Compliance of a pair alone in contact: all parts in series \[m²/N\].
     pub fn total(&self) -> f64 {
         self.without_bodies() + self.foundation[0] + self.foundation[1]
     }
@@ -74,8 +74,8 @@ impl Flanks {
         }
     }
 
-    /// Approach of the flanks at position s by their flattening under a line load \[m\], from
-    /// the contact to the centre line of either tooth.
+    /// Approach of the flanks at position s by their flattening under a line load \[m\], between
+    /// the centre lines of both teeth.
     pub fn hertz_approach(&self, s: f64, line_load: f64) -> f64 {
         let rolls = self.roll(s);
         let depths = [0, 1].map(|gear| {
@@ -93,11 +93,11 @@ impl Flanks {
 
     /// Displacements of the bodies of pinion and wheel at the pair at position s, per unit width \[m²/N\]. A unit line
     /// load acts on the pair `pairs_ahead` base pitches further along the path. Exchanging the pairs gives the same
-    /// values. `None` if both are not in contact at the same time.
+    /// values. `None` if `pairs_ahead` is 0, or if the two pairs are not in contact at the same time.
     pub fn body_coupling(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
         let path = self.path();
         let further = s + pairs_ahead as f64 * path.base_pitch;
-        // A pair that leaves contact within round-off is still in it.
+        // A pair at an end of the path within round-off is still in contact.
         let slack = 1e-9 * path.base_pitch;
         if pairs_ahead == 0 || s < path.start - slack || further > path.end + slack {
             return None;
@@ -105,13 +105,14 @@ impl Flanks {
         self.coupled(s, pairs_ahead)
     }
 
-    /// As [`Self::body_coupling`], also for pairs within reach whose tip edges touch off the path.
+    /// As [`Self::body_coupling`], also for pairs within reach whose tip edges touch off the path. `None` if
+    /// `pairs_ahead` is 0 or beyond the teeth of the solution.
     pub(super) fn coupled(&self, s: f64, pairs_ahead: usize) -> Option<[f64; 2]> {
         let further = s + pairs_ahead as f64 * self.path().base_pitch;
         let (near, far) = (self.roll(s), self.roll(further));
         let [pinion, wheel] = self.gear_bodies();
-        // Forces act in the −x direction of their tooth. Teeth further along the path are ahead in the sense
-        // of rotation. On the wheel this is the direction of the force, on the pinion the opposite one.
+        // Forces act in the −x direction of their tooth. Teeth further along the path are ahead in the sense of
+        // rotation: on the pinion in the +x direction, on the wheel in the −x direction.
         Some([
             pinion.as_ref().map_or(Some(f64::NAN), |body| {
                 body.coupling(near[0], pairs_ahead, far[0])

@@ -25,7 +25,7 @@ pub(super) struct Resolution {
     pub degree_across: usize,
     /// Degree of the plate's polynomials along the tooth.
     pub degree_along: usize,
-    /// Polynomials of the traction on the foot in either direction, even and at most 24.
+    /// Number of polynomials of the traction on the foot per direction: an even number, at most 24.
     pub foot_modes: usize,
     /// Highest harmonic of the ring, times the half angle of the foot.
     pub harmonics: f64,
@@ -103,10 +103,10 @@ impl Plate {
 
     /// Adds the part that is odd or even about the centre line.
     ///
-    /// K is the stiffness, B the work of the foot's modes at the displacements a, f a load and U the displacements of
-    /// the foot: `K a = f − Bᵀ q` and `B a = U`. K is singular, because the plate can float, but `A = (K + Bᵀ B)⁻¹`
-    /// exists. With `C = B A Bᵀ` the solution is `q = C⁻¹ B A f − (C⁻¹ − 1) U`, `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹
-    /// U`.
+    /// K is the stiffness, B the work of the foot's modes at the displacements a, and f a load. With the tractions q
+    /// and displacements U of the foot `K a = f − Bᵀ q`, `B a = U`. K is singular (the plate floats), but
+    /// `A = (K + Bᵀ B)⁻¹` exists. With `C = B A Bᵀ` the solution is `q = C⁻¹ B A f − (C⁻¹ − 1) U`,
+    /// `a = (A − A Bᵀ C⁻¹ B A) f + A Bᵀ C⁻¹ U`.
     fn add(
         &mut self,
         part: &Part,
@@ -289,7 +289,7 @@ impl Part<'_> {
             .collect()
     }
 
-    /// Work of a unit force at a place and in a direction.
+    /// Work of a unit force at a place and in a direction, on each of [`Self::products`].
     pub fn work(&self, place: [f64; 2], direction: [f64; 2]) -> Vec<f64> {
         let values = self.basis.at(place);
         (0..2)
@@ -371,7 +371,7 @@ impl Part<'_> {
                     None => (mode, &radial),
                     Some(degree) => (degree, &tangential),
                 };
-                // 1/√ of the mode's square over the arc, times the derivative of the arc's length by the position.
+                // The factor that makes the mode orthonormal in the angle, times the angle per unit of `place`.
                 let scale = weight * ((degree as f64 + 0.5) * half_angle).sqrt();
                 for (column, moved) in moved.iter().enumerate() {
                     foot[(row, column)] += scale * polynomials[degree][0] * moved;
@@ -382,8 +382,8 @@ impl Part<'_> {
     }
 }
 
-/// Nodes and weights on half the plate, with double weight. Along the tooth the variable is the parameter of fillet
-/// or involute, across the tooth the angle about the gear's axis.
+/// Quadrature points `[x, y, weight]` on half the plate, with double weight. Along the tooth the variable is the
+/// parameter of fillet or involute, across the tooth the angle about the gear's axis.
 pub(super) fn interior(tooth: &Tooth, resolution: &Resolution) -> Vec<[f64; 3]> {
     let unit = tooth.root_radius.abs();
     let across = GaussLegendre::new(resolution.degree_across + 1);

@@ -30,9 +30,9 @@ pub(super) fn quarter_turns(mode: usize, count: usize) -> usize {
 /// harmonic, and the direction of the harmonic round the gear (±1).
 pub(super) type Alias = (usize, Vec<f64>, f64);
 
-/// Calls `each` for every harmonic up to `most / half_angle`, with the waves to which the harmonic
-/// contributes. Stops if `each` returns `None`. Each of the z feet has the half angle `half_angle` \[rad\]
-/// and `foot` polynomials.
+/// Calls `each` for every harmonic up to about `most / half_angle`, with the waves to which the harmonic
+/// contributes. Returns `None` as soon as `each` does. Each of the z feet has the half angle `half_angle`
+/// \[rad\] and `foot` polynomials.
 pub(super) fn harmonics(
     teeth: u32,
     half_angle: f64,
@@ -125,7 +125,7 @@ pub(super) struct Ring {
     kolosov: f64,
 }
 
-/// Radial and tangential displacement at a radius and their derivatives by it.
+/// Radial and tangential displacement at a radius and their derivatives by the radius.
 type Basis = [f64; 4];
 
 impl Ring {
@@ -141,13 +141,13 @@ impl Ring {
         }
     }
 
-    /// Tangential displacement by a uniform tangential stress: `v = C (r − r_i²/r)`.
+    /// Tangential displacement by a uniform tangential stress: `v = C (r − r_i²/r)` with the clamped radius r_i.
     fn twist(&self) -> f64 {
         let clamped = self.clamped_radius * self.clamped_radius;
         (1.0 - clamped).abs() / (2.0 * self.shear * clamped)
     }
 
-    /// Radial displacement by a uniform radial stress: `u = C (r − r_i²/r)`.
+    /// Radial displacement by a uniform radial stress: `u = C (r − r_i²/r)` with the clamped radius r_i.
     fn breathing(&self) -> f64 {
         let clamped = self.clamped_radius * self.clamped_radius;
         (1.0 - clamped).abs() / (2.0 * self.lame + 2.0 * self.shear * (1.0 + clamped))
@@ -159,7 +159,7 @@ impl Ring {
         let n = order as f64;
         let side = if self.clamped_radius < 1.0 { 1.0 } else { -1.0 };
         if side * 2.0 * n * self.clamped_radius.ln() + 2.0 * n.ln() < NEGLIGIBLE.ln() {
-            // A disc without a bore, or a hole in an infinite plate, whose order counts as negative.
+            // A disc without a bore; with −n in place of n, a hole in an infinite plate.
             let (first, second) = (1.0 / (n - side), self.kolosov / (n + side));
             let like = 0.25 / self.shear * (second + first);
             let cross = side * 0.25 / self.shear * (second - first);

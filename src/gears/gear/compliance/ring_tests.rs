@@ -91,7 +91,7 @@ fn the_ring_is_the_one_of_the_published_fit() {
     }
 }
 
-/// The sum of the waves does not depend on their number: a single foot is the mean of all.
+/// The mean of the waves round several feet, in both directions, is the compliance of a single foot.
 #[test]
 fn waves_sum_to_one_foot() {
     let (teeth, half_angle) = (9, 0.2);

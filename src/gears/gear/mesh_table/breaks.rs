@@ -10,8 +10,8 @@ pub(super) const SAME: f64 = 1e-9;
 /// Ends of the stretches of the mesh cycle, 0 first and 1 last.
 ///
 /// The cycle is cut at the phases at which a pair comes within reach, leaves it, passes the pitch point or passes a
-/// kink of the law. On a helical face of the given width \[m\] these are the phases of both ends of its line of
-/// contact. Stretches between the cuts are divided equally, into the smallest number of pieces not longer than
+/// kink of the law. On a helical face of the given width \[m\] the cuts are the phases at which either end of the face
+/// does so. Stretches between the cuts are divided equally, into the smallest number of parts not longer than
 /// `longest`.
 ///
 /// # Errors

@@ -18,7 +18,7 @@ pub struct MeshTableCycle {
     pub force: f64,
     /// Ends of the pieces in mesh phase, 0 first and 1 last.
     pub breaks: Vec<f64>,
-    /// Tangent mesh stiffness \[N/m\].
+    /// Mesh stiffness \[N/m\], tangent or secant as in [`MeshTable::stiffness`](super::MeshTable::stiffness).
     pub stiffness: Vec<[f64; NODES]>,
     /// Load centroid \[m\].
     pub centre: Vec<[f64; NODES]>,
@@ -36,7 +36,7 @@ pub struct MeshTableCycle {
     pub share: [Vec<[f64; NODES]>; MOST_PAIRS],
 }
 
-/// A piece of the cycle for a run: polynomial stiffness and tangent error, the rest constant.
+/// A piece of the cycle for a run: polynomials of stiffness and tangent error, means of the other quantities.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshTablePiece {
     /// Mesh phase at its start.
@@ -71,7 +71,7 @@ impl MeshTablePiece {
 /// Means over an interval of the mesh cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SegmentMeans {
-    /// Tangent mesh stiffness \[N/m\].
+    /// Mesh stiffness \[N/m\], tangent or secant as in [`MeshTable::stiffness`](super::MeshTable::stiffness).
     pub stiffness: f64,
     /// Tangent error `x − F/k` \[m\].
     pub tangent_error: f64,
@@ -84,8 +84,9 @@ pub struct SegmentMeans {
 }
 
 impl MeshTableCycle {
-    /// `x − F/k` \[m\], `[piece][node]`: the transmission error e with which the linear law `F = k (Σ w q − e)` is
-    /// tangent to the true law at the load of this cycle. 0 for flanks without misalignment, relief and deviation.
+    /// `x − F/k` \[m\], `[piece][node]`: the transmission error e with which the linear law `F = k (Σ w q − e)` meets
+    /// the true law at the load of this cycle, as its tangent or its secant. 0 for flanks without misalignment, relief
+    /// and deviation.
     pub fn tangent_error(&self) -> Vec<[f64; NODES]> {
         let pieces = self.transmission_error.iter().zip(&self.stiffness);
         pieces
@@ -101,7 +102,7 @@ impl MeshTableCycle {
             .sum()
     }
 
-    /// One of this cycle's quantities at a mesh phase in \[0, 1\]; on a break, its value to
+    /// One of this cycle's quantities at a mesh phase in \[0, 1\]; on a break below 1, its value to
     /// the right.
     pub fn value(&self, values: &[[f64; NODES]], phase: f64) -> f64 {
         let after = self.breaks.partition_point(|&end| end <= phase);
@@ -111,8 +112,8 @@ impl MeshTableCycle {
         evaluate(&series(&values[piece]), x)
     }
 
-    /// This cycle with its stiffness scaled to another mean \[N/m\]: a linear law that still passes
-    /// through the transmission error.
+    /// This cycle with its stiffness scaled to another mean \[N/m\]. The linear law still has the force F at the
+    /// transmission error x.
     pub fn with_mean_stiffness(mut self, mean: f64) -> Self {
         let factor = mean / self.mean_stiffness();
         for value in self.stiffness.as_flattened_mut() {

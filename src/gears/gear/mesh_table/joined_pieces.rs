@@ -67,7 +67,7 @@ struct TablePolynomials<'a> {
 }
 
 impl MeshTableCycle {
-    /// Joins as many neighbouring pieces as possible into one, from phase 0 on.
+    /// From phase 0 on, joins each piece with the following ones as long as the result meets the accuracy.
     pub fn joined_pieces(&self, accuracy: JoiningAccuracy) -> JoinedPieces {
         let polynomials = TablePolynomials::new(self, accuracy);
         let ends = polynomials.ends();
@@ -118,7 +118,7 @@ impl<'a> TablePolynomials<'a> {
         }
     }
 
-    /// Ends of the table's pieces and of their equal parts, none longer than the shortest joined piece.
+    /// Ends of the table's pieces and of their equal parts, none longer than [`JoiningAccuracy::shortest`].
     fn ends(&self) -> Vec<f64> {
         let mut ends = vec![0.0];
         for piece in self.cycle.breaks.windows(2) {
@@ -139,7 +139,7 @@ impl<'a> TablePolynomials<'a> {
         self.fitted_piece(ends, &samples, [stiffness, tangent_error], 0.0)
     }
 
-    /// One piece between two phases, if it is close enough to the table.
+    /// One piece between two phases; `None` if it deviates too much from the table.
     fn joined_piece(&self, ends: [f64; 2]) -> Option<FittedPiece> {
         let length = ends[1] - ends[0];
         let samples = self.samples(ends);
@@ -192,8 +192,8 @@ impl<'a> TablePolynomials<'a> {
         }
     }
 
-    /// The polynomial of a quantity between two phases, of the highest degree that meets two conditions, with its
-    /// error. It stays within the accuracy, and it can be extrapolated beyond its end as far as windows extend.
+    /// The polynomial of the highest degree for a quantity between two phases that is within the accuracy, with its
+    /// error. A stiffness must also stay physical as far as windows extend beyond the end. `None` if no degree does.
     fn fitted_polynomial(
         &self,
         ends: [f64; 2],
@@ -233,7 +233,7 @@ impl<'a> TablePolynomials<'a> {
         })
     }
 
-    /// The series through the values at the nodes between two phases.
+    /// The series through the values of the table at the Gauss nodes of the interval between two phases.
     fn through(&self, [from, to]: [f64; 2], quantity: usize) -> [f64; NODES] {
         let values = (transforms8().nodes()).map(|x| {
             let phase = 0.5 * ((to - from) * x + (from + to));

@@ -14,8 +14,8 @@ use std::collections::BTreeSet;
 pub(super) struct PhaseLaw<'a, L> {
     pub flanks: &'a L,
     pub inputs: &'a MeshTableInputs,
-    /// The pairs of helical gears as series, empty for spur gears: one entry per torque if the contact
-    /// depends on the torque, otherwise one entry.
+    /// The pairs of helical gears as series, empty for spur gears: one entry per torque with
+    /// [`Contact::Secant`], otherwise one entry.
     series: Vec<PairSeries>,
 }
 
@@ -111,7 +111,8 @@ impl Column {
         cells.all(|(own, other)| own.loaded_pairs == other.loaded_pairs)
     }
 
-    /// The indices of the margins whose signs differ between two columns, which therefore have different formulas.
+    /// The indices of the margins whose signs differ between two columns, beyond [`NO_MARGIN`]. Columns with such a
+    /// margin have different formulas.
     pub fn kinks_before(&self, other: &Self) -> Vec<usize> {
         let signs = self.margins().zip(other.margins()).enumerate();
         signs
@@ -142,7 +143,7 @@ pub(super) struct PhaseState {
 }
 
 impl PhaseState {
-    /// All values that depend on the mesh phase.
+    /// All values that polynomials follow, in the order of [`PhaseLaw::quantities`].
     pub fn values_mut(&mut self) -> [&mut f64; 7 + MOST_PAIRS] {
         let [first, second, third] = &mut self.share;
         [
@@ -264,8 +265,8 @@ impl<'a, L: FlankLaw> PhaseLaw<'a, L> {
                     sharing.distribute_from(force, start.unwrap_or(&nothing));
                 let stiffness = match inputs.stiffness {
                     StiffnessLaw::Tangent => load.stiffness,
-                    // x(0) bends where another pair is the first to touch. The margins of the order of pairs
-                    // show it.
+                    // x(0) bends where another pair becomes the first to touch. There a margin of the order of pairs
+                    // changes its sign.
                     StiffnessLaw::Secant => {
                         force / (load.deflection - sharing.distribute(0.0).deflection)
                     }

@@ -77,8 +77,8 @@ pub struct MeshTableInputs {
     /// Largest length of a piece, in mesh cycles.
     pub longest_piece: f64,
     /// Largest error of a piece's polynomials, as a part of a reference. The reference is the value for stiffness,
-    /// the deflection of the mesh by the load for deflections, the face width for lengths along the face, and the
-    /// base pitch for the friction lever. For helical gears the tolerance is at least 1e-5, and 1e-2 for pieces
+    /// the deflection of the mesh by the load for deflections, the face width for the load centroid, the base pitch
+    /// for the friction lever, otherwise 1. For helical gears the tolerance is at least 1e-5, and 1e-2 for pieces
     /// shorter than 1/128 of the cycle. For spur gears with uneven loads on coupled slices it is the tolerance
     /// divided by the length of the piece in cycles, at most 1e-2.
     pub tolerance: f64,

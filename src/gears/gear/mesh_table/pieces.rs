@@ -13,8 +13,8 @@
 //! only.
 //!
 //! Pairs of helical gears come into contact gradually all along the face, with many small bends. Their pieces are
-//! only halved, until their error is that of the division of the face. They are not halved below a shortest length,
-//! on which polynomials of low degree are as good as others. If slices of a spur face are coupled, a pair may first
+//! only halved, until their error is that of the division of the face. Short pieces have polynomials of low degree,
+//! which are as good as others there, and a larger tolerance. If slices of a spur face are coupled, a pair may first
 //! touch inside the face. The stiffness of the pair then begins as a square root: the shorter a piece, the larger its
 //! tolerance.
 
@@ -34,9 +34,9 @@ const ROUND_OFF: f64 = 4.0 * f64::EPSILON;
 /// Rounding error of a margin's polynomial, relative to its largest value.
 const NOISE: f64 = 1e-12;
 
-/// A window of propagation that starts inside a piece may extend beyond the end of the piece by less than its length.
-/// The window is solved as a whole. The stiffness extrapolated to these positions, with the end of the piece at 1, must
-/// therefore stay physical.
+/// Positions at which the stiffness of a piece, extrapolated from −1 … 1, must stay physical. A window of propagation
+/// that starts inside a piece may extend beyond the end of the piece by less than the length of the piece, and is
+/// solved as a whole.
 pub(in crate::gear) const EXTRAPOLATED_AT: [f64; 2] = [2.0, 3.0];
 
 /// Smallest and largest stiffness at [`EXTRAPOLATED_AT`], relative to that at the end of the piece.
@@ -46,11 +46,11 @@ pub(in crate::gear) const EXTRAPOLATION_LIMITS: [f64; 2] = [0.1, 10.0];
 /// a 64th of the face.
 const HELICAL: f64 = 1e-5;
 
-/// Pieces of helical gears shorter than twice this, in cycles, are not halved.
+/// Pieces of helical gears shorter than twice this, in cycles, have few terms and the tolerance [`SHORT`].
 const SHORTEST: f64 = 1.0 / 256.0;
 
-/// Largest error of short pieces of helical gears: they may contain a bend, or a border of contact that reaches its
-/// end.
+/// Largest error of short pieces of helical gears: they may contain a bend, or a border of contact that reaches an
+/// end of the face.
 const SHORT: f64 = 1e-2;
 
 /// Terms of the polynomials of short pieces of helical gears.
@@ -162,7 +162,7 @@ fn check_piece<L: FlankLaw>(
     })
 }
 
-/// Decides whether a piece of helical gears is accepted, which has no known kinks: the first check that fails decides.
+/// Decides whether a piece of helical gears is accepted. It has no known kinks, so the first failed check decides.
 fn check_helical<L: FlankLaw>(
     law: &PhaseLaw<'_, L>,
     columns: Vec<Column>,
@@ -179,7 +179,7 @@ fn check_helical<L: FlankLaw>(
     Ok(Verdict::Accepted(columns))
 }
 
-/// The first phase between columns at which the law changes its formula.
+/// The first phase between columns at which the law changes its formula; `None` if all have the same formula.
 fn first_kink<L: FlankLaw>(
     law: &PhaseLaw<'_, L>,
     samples: &[&Column],
@@ -192,12 +192,12 @@ fn first_kink<L: FlankLaw>(
     Ok(None)
 }
 
-/// Whether a piece belongs to helical gears and is too short to be halved.
+/// Whether a piece belongs to helical gears and is short, see [`SHORTEST`].
 fn is_short<L: FlankLaw>(law: &PhaseLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
     law.flanks.helix() != 0.0 && to - from < 2.0 * SHORTEST
 }
 
-/// Largest error of a piece.
+/// Largest accepted error of a piece.
 fn tolerance<L: FlankLaw>(law: &PhaseLaw<'_, L>, piece: [f64; 2]) -> f64 {
     let requested = law.inputs.tolerance;
     let [from, to] = piece;
@@ -211,7 +211,7 @@ fn tolerance<L: FlankLaw>(law: &PhaseLaw<'_, L>, piece: [f64; 2]) -> f64 {
 }
 
 /// Replaces the values at the nodes by those of polynomials of low degree: with bends between the nodes
-/// those of high degree would oscillate beyond the piece.
+/// polynomials of high degree would oscillate beyond the piece.
 fn smooth(columns: &mut [Column]) {
     let transforms = transforms8();
     for case in 0..columns[0].cells.len() {
@@ -227,7 +227,7 @@ fn smooth(columns: &mut [Column]) {
 }
 
 /// The phase at which the law changes its formula between `after` and the last of `columns` whose formula differs from
-/// it. `None` if no column differs.
+/// that of `after`. `None` if no column differs.
 fn kink<L: FlankLaw>(
     law: &PhaseLaw<'_, L>,
     columns: &[&Column],
@@ -310,7 +310,8 @@ fn hidden_sign_changes(columns: &[Column]) -> Vec<f64> {
     places
 }
 
-/// The largest distance of the polynomials of a piece from the law at the checks.
+/// The largest relative distance of the polynomials of a piece from the law at the checks; infinite if the extrapolated
+/// stiffness is beyond [`EXTRAPOLATION_LIMITS`].
 fn largest_fit_error<L: FlankLaw>(
     law: &PhaseLaw<'_, L>,
     columns: &[Column],

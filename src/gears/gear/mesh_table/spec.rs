@@ -24,10 +24,10 @@ pub struct MeshTableSpec {
 /// How a mesh table is used over the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub enum CycleDivision {
-    /// Load centroid, friction and tangent stiffness as means over this number of equal segments, if they vary. The
-    /// secant stiffness is not averaged.
+    /// Means of the tangent stiffness, load centroid and friction over this number of equal segments. The secant
+    /// stiffness is not averaged but follows the table, as in [`Self::Continuous`].
     Segments(u32),
-    /// Exact stiffness, with breaks at its true transitions only.
+    /// The stiffness follows the table by polynomials over joined pieces, each as long as its accuracy allows.
     Continuous,
     /// No linear law at the mean load: every pair of teeth is a spring across a separate gap, on each slice of
     /// the face.

@@ -11,9 +11,11 @@ use crate::gear::FlankLaw;
 pub enum Contact {
     /// In proportion to the load.
     Linear,
-    /// In proportion to the load, with the secant of [`FlankLaw::contact`] at the line load of one pair alone.
+    /// In proportion to the load, with the secant of [`FlankLaw::contact`] at the line load of a pair that carries the
+    /// whole force.
     Secant,
-    /// By [`FlankLaw::contact`] at the mean line load of each pair's loaded part.
+    /// By [`FlankLaw::contact`] at the mean line load of each pair's loaded part; for helical gears at the mean line
+    /// load of all pairs.
     LoadDependent,
 }
 

@@ -25,13 +25,13 @@ use super::profile::{Approach, GapProfile, Interval, integrals};
 use crate::numerics::plain;
 use faer::Mat;
 
-/// A step of Newton's method below this part of the deflection is followed by one last step.
+/// A step of Newton's method below this part of the deflection of the contact is followed by one last step.
 const LAST_STEP: f64 = 1e-7;
 
 /// Largest number of steps.
 const ROUNDS: usize = 100;
 
-/// Number of full steps before the line search checks Φ. From an even load more steps are rarely needed.
+/// Number of full steps before the line search checks Φ. From contact on the whole face more steps are rarely needed.
 const WHOLE_STEPS: usize = 12;
 
 /// Smallest part of a step in the line search.
@@ -42,14 +42,14 @@ const LEAST_PART: f64 = 1.0 / 1024.0;
 pub(super) struct Coupled {
     width: f64,
     slices: usize,
-    /// Waves along the face, the even one first.
+    /// Number of waves along the face, the uniform one included.
     waves: usize,
     /// Compliance of the contact of each pair, times width \[m²/N\].
     contact: Vec<f64>,
     /// L, the waves of a pair in adjacent rows.
     root: Mat<f64>,
     profile: GapProfile,
-    /// Whether each gap is linear along the face.
+    /// Whether gaps vary along the face by misalignment only.
     straight: bool,
 }
 
@@ -100,8 +100,8 @@ struct Patch {
 }
 
 impl Coupled {
-    /// The pairs on a face. `None` if nothing varies along it, or if the law does not describe the coupling of
-    /// slices.
+    /// The pairs on a face. `None` if no gap varies along the face, or if the law does not describe the coupling
+    /// of slices.
     ///
     /// # Errors
     /// A contact without compliance, or bodies whose coupling of pairs is unphysically strong.
@@ -414,7 +414,7 @@ fn amplitude(n: usize) -> f64 {
     if n == 0 { 1.0 } else { std::f64::consts::SQRT_2 }
 }
 
-/// Writes the block of two pairs: the response to an even load, and that to the waves.
+/// Writes the block of two pairs: the response to the uniform wave, and that to the other waves.
 fn write_block(
     matrix: &mut Mat<f64>,
     [row, column]: [usize; 2],

@@ -3,7 +3,7 @@ use super::*;
 use std::f64::consts::PI;
 
 const WIDTH: f64 = 20e-3;
-/// Compliance of teeth and bodies under an even load, and that of the contact \[m²/N\].
+/// Compliance of teeth and bodies under a uniform load, and that of the contact \[m²/N\].
 const EVEN: f64 = 4e-11;
 const CONTACT: f64 = 6e-12;
 
@@ -65,7 +65,7 @@ fn a_wedge_on_a_strip_has_hyperbolic_sines() {
     }
 }
 
-/// Teeth that are compliant to an even load but do not twist: the contact alone closes the wedge,
+/// Teeth that are compliant to a uniform load but do not twist: only the contact closes the wedge,
 /// `½ ε ℓ²/h = F`.
 #[test]
 fn stiff_teeth_leave_a_wedge_to_the_contact() {

@@ -12,7 +12,7 @@ pub enum SharingError {
     /// More pairs than [`MOST_PAIRS`].
     #[error("{found} pairs in contact; at most {MOST_PAIRS} can share the load")]
     TooManyPairs {
-        /// Number of pairs; counting stops there.
+        /// Number of pairs; counting stops one above [`MOST_PAIRS`].
         found: usize,
     },
     /// A quantity outside its physical range.
@@ -36,7 +36,7 @@ pub enum SharingError {
         /// Position on the line of action \[m\].
         position: f64,
     },
-    /// Pairs that take over each other's load.
+    /// The coupling of two pairs is unphysically strong, or is not finite.
     #[error(
         "the gear bodies couple the pair at {position} m from the pitch point too strongly to another pair: one of \
          them loses load when the gears approach"

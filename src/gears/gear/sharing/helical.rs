@@ -4,8 +4,8 @@
 //! pair that is ahead in phase, and the force is the integral over the slices. Their load is smooth in z
 //! except where a pair comes within reach or leaves it, passes an end of the path, the pitch point or a kink
 //! of its law. The face is cut at these positions, which move uniformly with the mesh phase. Each stretch
-//! between them has the same number of spans. The error falls with the square of their width, and so does not
-//! jump while the cuts move across the face.
+//! between cuts has the same number of spans at every phase. The error falls with the square of the width of
+//! spans, and so does not jump while the cuts move across the face.
 
 use super::pairs::{self, Face, FaceSlice, PairPoint};
 use super::ramp::{self, ContactRamp, Station};
@@ -45,7 +45,7 @@ struct Stretch {
 
 impl HelicalFace {
     /// The lines of contact of a law with [`FlankLaw::helix`] at a mesh phase. The face is divided
-    /// into about `slices` spans.
+    /// into about as many spans as `face` has slices.
     ///
     /// # Errors
     /// A position without a pair or with more than [`MOST_PAIRS`], a face without width or slices, those
@@ -191,8 +191,8 @@ impl HelicalFace {
 }
 
 impl LoadSharing {
-    /// Positions of the pairs on the path of contact of a helical face \[m\], and the share in the load of
-    /// each at an approach.
+    /// Positions on the line of action of the pairs on each span of a helical face \[m\], and their shares in
+    /// the load at an approach.
     pub fn lines(&self, approach: f64) -> [Vec<f64>; 2] {
         let slice_shares = self.shares_along(approach);
         let spans = (self.spans.iter().zip(&slice_shares)).flat_map(|(span, shares)| {

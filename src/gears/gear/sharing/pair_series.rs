@@ -1,4 +1,4 @@
-//! Pairs along their reach as series: a table of helical gears takes pairs at millions of positions.
+//! Pairs along their reach as series: a table of helical gears evaluates pairs at millions of positions.
 //!
 //! Between the kinks of a law, gap, compliances and couplings of a pair are smooth in its position. Each part of the
 //! reach has their Legendre series to rounding. Where no series converges, the pair has to come from the law.
@@ -26,7 +26,7 @@ const SHORTEST: f64 = 1e-13;
 /// The pairs of a law as series in their position.
 #[derive(Debug, Clone)]
 pub(in crate::gear) struct PairSeries {
-    /// Largest value of each quantity.
+    /// Largest value of each quantity at the ends of the parts.
     scale: [f64; QUANTITIES],
     /// In order of position.
     parts: Vec<Part>,
@@ -170,7 +170,7 @@ mod tests {
             let series = PairSeries::new(&flanks);
             let [first, last] = FlankLaw::reach(&flanks);
             let pitch = FlankLaw::path(&flanks).base_pitch;
-            // Near the base circle of the mate the gap of a tip edge has a root.
+            // Near the base circle of the mate the gap of a tip edge varies as a square root, and no series converges.
             let mut exactly = 0;
             for step in 0..=4000 {
                 let position = first + (last - first) * f64::from(step) / 4000.0;

@@ -180,9 +180,9 @@ pub(super) struct FaceSlice {
     /// Positions of its ends \[m\].
     pub ends: [f64; 2],
     pub pairs: usize,
-    /// Positions of its pairs on the path of contact at its middle \[m\].
+    /// Positions of the pairs on the line of action in the middle of the slice \[m\].
     pub positions: [f64; MOST_PAIRS],
-    /// Whether each is on the path, not beyond its ends.
+    /// Whether each pair is on the path of contact, not beyond its ends.
     pub on_path: [bool; MOST_PAIRS],
 }
 

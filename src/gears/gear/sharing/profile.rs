@@ -326,7 +326,7 @@ fn root(ends: [f64; 2], at_low: f64, function: &dyn Fn(f64) -> [f64; 2]) -> f64 
 mod tests {
     use super::*;
 
-    /// The largest depth may be inside a cell, with contact nowhere else: fine sampling finds the same.
+    /// The largest depth may be inside a cell, with contact only around it. Compares with fine sampling.
     #[test]
     fn what_presses_most_lies_inside_a_cell_as_well() {
         let profile = GapProfile::new(vec![vec![0.0, 0.4e-6, 0.1e-6]], 3);

@@ -3,10 +3,10 @@
 use super::error::{MOST_PAIRS, SharingError};
 use super::pairs::{ContactPair, Face, PairPoint};
 
-/// Gaps of two pairs are equal if they differ by less than this part of them.
+/// Gaps of pairs are equal if they differ from their mean by less than this part of the largest gap.
 const SAME_GAP: f64 = 8.0 * f64::EPSILON;
 
-/// Pairs come into contact together if their approaches there differ by less than this \[m\].
+/// Pairs come into contact together if they do so at approaches that differ by less than this \[m\].
 const TOGETHER: f64 = 1e-15;
 
 /// A one-sided spring with a gap that is linear across its slice: without load up
@@ -83,7 +83,7 @@ impl ContactRamp {
     }
 }
 
-/// Adds one ramp for each of the first pairs that come into contact on a slice, `most` at most.
+/// Adds one ramp for each of the first `most` pairs that come into contact on a slice.
 ///
 /// The pairs' mean gap, misalignment included, is linear and common to all; the deviation of a pair
 /// from it is constant on the slice. With u the approach above that line, pairs come
@@ -105,7 +105,7 @@ pub(super) fn add_slice(
     let [(low, low_place), (high, high_place)] =
         if from.0 <= to.0 { [from, to] } else { [to, from] };
     let mean = pairs.iter().map(|p| p.mean_gap(slice)).sum::<f64>() / count;
-    // Pairs with equal gaps come into contact together, not in an order due to rounding.
+    // Pairs with gaps that are equal up to rounding come into contact together.
     let gaps = || pairs.iter().map(|pair| pair.mean_gap(slice).abs());
     let rounding = SAME_GAP * gaps().fold(0.0, f64::max);
     let mut sequence = ContactSequence::new(pairs.iter().map(|pair| &pair.point), |pair| {
@@ -256,7 +256,7 @@ impl ContactSequence {
         sequence
     }
 
-    /// The next pair to come into contact. Sets knot, loads and gains to those at its contact.
+    /// The index of the next pair to come into contact. Sets knot, loads and gains to those at its contact.
     fn next(&mut self) -> Result<usize, SharingError> {
         let first = self.joined == [false; MOST_PAIRS];
         let mut next: Option<(usize, f64, f64)> = None;

@@ -18,7 +18,7 @@ use faer::Mat;
 /// `(row, column, value)` over all freedoms.
 type Entry = (usize, usize, f64);
 
-/// Sums of entries over all freedoms.
+/// Entries over all freedoms. Entries at the same position are summed.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Entries {
     damping: Vec<Entry>,
@@ -103,15 +103,15 @@ fn turned(column: usize) -> Option<(usize, f64)> {
 
 impl Assembly {
     /// Writes the inertia of the nodes for which `is_transformed` holds in a frame that rotates about the axis,
-    /// right-handed, at `ratio` times the speed Ω of the driver. A displacement u that is constant in the frame has the
-    /// velocity `Ω_f S u`. Therefore
+    /// right-handed, at `Ω_f = ratio Ω` with the speed Ω of the driver. A displacement u that is constant in the frame
+    /// has the velocity `Ω_f S u`. Therefore
     ///
     /// ```text
     /// M (u'' + 2 Ω_f S u' − Ω_f² u) + Ω G (u' + Ω_f S u)
     /// ```
     ///
-    /// replaces `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). All fixed parts
-    /// must be isotropic.
+    /// replaces `M u'' + Ω G u'` (Cooley & Parker, J. Vib. Acoust. 134, 061014, 2012). Springs and dampers
+    /// between these nodes and the ground must be isotropic.
     pub fn in_turning_frame(&mut self, ratio: f64, is_transformed: impl Fn(usize) -> bool) {
         let turned =
             |column: usize| turned(column).filter(|_| is_transformed(column / NODE_FREEDOMS));
@@ -133,9 +133,9 @@ impl Assembly {
         }
     }
 
-    /// Rotates the centrifugal force of a mass \[kg\] on the pin of a carrier, at a distance `arm` \[m\] from its
-    /// axis in x and y, with the carrier. The frame gives `−m Ω_f² |u|²/2`. But displacements count from the pin's
-    /// position on the rotated carrier, `|u − S r θ|`, because a rotation of both does not change the force.
+    /// Corrects the potential of the centrifugal force of a mass \[kg\] at `node`, on a pin at `r = [x, y]` \[m\] from
+    /// the axis of its carrier. The frame gives the potential `−m Ω_f² |u|²/2`. But it must be `−m Ω_f² |u − S r θ|²/2`
+    /// with the rotation θ of `pin`: a common rotation of carrier and mass does not change the force on the pin.
     ///
     /// # Errors
     /// [`ShaftError::NoSuchNode`].

@@ -88,7 +88,7 @@ fn rigid_rotations_in_closed_form() {
     let mass_2 = polar_inertia(&drive, 1) / base_2.powi(2);
     let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-10, "{a} {b}");
     assert_eq!(structure.frequency[..2], [0.0, 0.0]);
-    // Neutral rotation: both roll forward with the same pitch-line velocity, so mesh and load do not participate.
+    // Neutral rotation: both gears roll with the same pitch-line velocity, so mesh and load do not participate.
     let [pinion, wheel] =
         [&structure.pinion_torque, &structure.wheel_torque].map(|c| c.as_ref().unwrap());
     let velocity = 1.0 / (mass_1 + mass_2).sqrt();

@@ -15,8 +15,8 @@ use faer::Mat;
 /// Smallest number of columns of a block: two planes of two equal shafts, with some margin.
 const BLOCK: usize = 6;
 
-/// Number of modes to compute beyond the requested ones. The number of modes is checked at a value between
-/// two of these.
+/// Number of modes to compute beyond the requested ones. Completeness is checked at a value between two
+/// neighbouring modes from the last requested one on.
 const EXTRA_MODES: usize = 4;
 
 /// Largest residual of a mode of A in the norm of M, relative to its θ. One step of inverse iteration
@@ -82,7 +82,7 @@ pub(super) fn lowest(
 /// Seed of the first block.
 const SEED: u64 = 1994;
 
-/// A shift near the lowest elastic ω², and a block aligned with the lowest modes.
+/// A shift near the lowest elastic ω², and a block aligned with the lowest modes. `None` as in [`lowest`].
 fn near_first_elastic(
     pencil: Pencil<'_>,
     mass: &Banded,
@@ -107,7 +107,7 @@ fn near_first_elastic(
     (shift.is_finite()).then_some((shift, block))
 }
 
-/// Whether the number of modes below a value between two found modes equals the number found.
+/// Whether all modes are found below a value in the widest gap between neighbours, from mode `wanted` on.
 fn modes_are_complete(mass: &Banded, stiffness: &Banded, squared: &[f64], wanted: usize) -> bool {
     let gap = |count: &usize| (squared[*count] - squared[*count - 1]) / squared[*count].abs();
     let widest = (wanted..squared.len()).max_by(|a, b| gap(a).total_cmp(&gap(b)));
@@ -157,7 +157,7 @@ impl<'a> Space<'a> {
         self.add(next)
     }
 
-    /// Adds the part of a block outside the space.
+    /// Adds the part of a block outside the space. `None` if its columns are dependent.
     fn add(&mut self, mut block: Mat<f64>) -> Option<()> {
         // Twice, against round-off.
         for _ in 0..2 {

@@ -7,8 +7,8 @@ use crate::shaft::banded::Banded;
 use crate::shaft::error::ShaftError;
 use faer::Mat;
 
-/// Shift, relative to the largest squared frequency computed: the error falls by more than this factor in
-/// every step.
+/// Shift, relative to the largest squared frequency computed: every step leaves less than this part of the
+/// error, unless all computed modes are rigid.
 const SHIFT: f64 = 1e-3;
 
 /// Change of a shape at convergence, relative to its largest entry or to that of the whole deflection.
@@ -96,7 +96,7 @@ impl Modes {
         Err(ShaftError::NoStaticShape { modes })
     }
 
-    /// These modes and further columns of squared frequency 1.
+    /// These modes followed by further columns, with squared frequency 1.
     fn followed_by(&self, columns: &Mat<f64>) -> Self {
         let modes = self.shape.ncols();
         let mut squared_frequency = self.squared_frequency.clone();

@@ -6,7 +6,7 @@
 //! second. t is across that plane, in the direction of the first gear's motion at P. Drive flanks touch along
 //! `n = cos α t + sin α m`. Coast flanks touch along `cos α t − sin α m`, mirrored about the plane of
 //! the axes; their deflection is counted as that of the drive flanks. In a ring P is beyond the axis of the gear
-//! inside, and m points out of the ring.
+//! inside. m points away from the ring's axis if the ring is the second gear, and towards it if the ring is the first.
 
 use super::TrainError;
 use crate::gear::FaceOverhang;
@@ -115,7 +115,7 @@ pub struct ParallelPlacement {
     pub centre_distance: f64,
     /// Width of the common face \[m\].
     pub width: f64,
-    /// Length of either face beyond the common face, along the axis of the first gear.
+    /// Length of each face beyond the common face, along the axis of the first gear.
     pub overhang: [FaceOverhang; 2],
     /// Whether the axes have the same direction.
     pub alike: bool,
@@ -195,7 +195,7 @@ impl PitchPoint {
                 distance,
             });
         }
-        // The points of either pitch circle in the plane of the axes; the closest pair touches.
+        // The points of each pitch circle in the plane of the axes; the closest two points touch.
         let points = [0, 1].map(|index| {
             let outward = normal.cross(&axes[index]);
             [1.0, -1.0].map(|side| (outward * side, gears[index]))

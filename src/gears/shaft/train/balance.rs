@@ -5,8 +5,9 @@
 //! ```
 //!
 //! d are the motions at the one-sided springs, F are their forces, and K₀ replaces the springs in C. The approaches of
-//! rolling elements are convex in d, and so is the total potential. The derivative of the potential by p is C times
-//! this residual. Newton steps with a line search on this derivative converge to the minimum of the potential.
+//! rolling elements are convex in d, and so is the total potential. The derivative of the potential by p is C times the
+//! residual `p + F − K₀ d`. Newton steps with a line search on this derivative converge to the minimum of the
+//! potential.
 
 use crate::shaft::rolling::{RING_FREEDOMS, Ring, RollingLaw, RollingLoad};
 use nalgebra::{DMatrix, DVector};
@@ -36,8 +37,8 @@ pub(super) struct OneSidedSupport {
 }
 
 pub(super) enum SupportLaw {
-    /// A bearing, by its index among the supports, and the displacement of its base, with the sign of its
-    /// rows.
+    /// The law of a bearing, its index among the supports, and the displacement of its base, with the sign of
+    /// the bearing's rows.
     Rolling(RollingLaw, usize, Ring),
     Stop {
         gap: f64,

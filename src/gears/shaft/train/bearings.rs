@@ -28,7 +28,7 @@ use nalgebra::{DMatrix, DVector};
 /// A thrust below this part of the radial load counts as zero.
 const NO_THRUST: f64 = 1e-9;
 
-/// Mean stiffness of a mesh over its face width \[N/m²\], for steel spur gears: 20 N/(mm µm) (ISO 6336-1).
+/// Mean stiffness of a mesh divided by its face width \[N/m²\], for steel spur gears: 20 N/(mm µm) (ISO 6336-1).
 const MESH: f64 = 2e10;
 
 /// Assumed stiffness of a coupling without torsional springs \[N m/rad\], which does not affect its torque.
@@ -37,7 +37,7 @@ const LOCKED_STIFFNESS: f64 = 1e5;
 /// A rolling bearing under the mean load of its train.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoadedBearing {
-    /// Shaft and number, loose gear, or planet.
+    /// Name of the shaft and number of the bearing on it, or name of the loose gear or planet.
     pub name: String,
     /// Displacement of the inner ring relative to the outer one: x, y, z \[m\], tilts about x and y \[rad\].
     pub moved: Ring,
@@ -178,7 +178,7 @@ impl TrainDrive {
             let mut place = Ring::default();
             [place[0], place[1]] =
                 (self.base_place(number, layout, assembled)).map(|part| sign * part);
-            // Rigid mounts carry any load.
+            // A bearing whose shaft is mounted rigidly has no rows. It carries any load.
             if rows.iter().flatten().any(|&part| part != 0.0) {
                 all.push(OneSidedSupport {
                     rows,

@@ -69,7 +69,7 @@ impl Equations {
     }
 }
 
-/// Eliminates an unknown from an equation by the one that determines it.
+/// Eliminates the unknown `given` from an equation, by means of the equation that determines this unknown.
 fn eliminate(row: &mut [Ratio], by: &[Ratio], given: usize) -> Result<(), RatioTooLarge> {
     let times = row[given];
     if times == Ratio::ZERO {

@@ -110,7 +110,7 @@ pub enum TrainError {
         /// Its shaft.
         shaft: String,
     },
-    /// The first mesh is not one of a planet.
+    /// The first mesh has no planet.
     #[error(
         "`{}` and `{}` are the first mesh, but neither is a planet: name the sun and a planet in `train.gears`, and these \
          two in a [[train.mesh]]",
@@ -259,7 +259,7 @@ pub enum TrainError {
         place: [usize; 2],
         /// The name of the shaft.
         shaft: String,
-        /// The longest allowed element there \[m\].
+        /// The longest allowed element in this section \[m\].
         element: f64,
         /// Elements of this section.
         elements_of_section: f64,
@@ -328,7 +328,7 @@ pub enum TrainError {
         /// The driving shaft.
         driver: String,
     },
-    /// The motor is not on the shaft of the first gear.
+    /// The driving shaft is not connected with the first gear, or without planets has another speed.
     #[error(
         "the driving shaft `{driver}` does not turn with the first gear of `train.gears`: make the mesh \
          nearest to the motor the first one; in a train with planets, connect the motor with them"

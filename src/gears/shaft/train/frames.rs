@@ -20,8 +20,8 @@ struct CrossConnection {
 }
 
 impl TrainDrive {
-    /// All connections across the axis. A coupling to a shaft without free motions is none: such a shaft is
-    /// the same in every frame.
+    /// All connections across the axis. A coupling to a shaft without free motions does not count: such a shaft
+    /// is the same in every frame.
     fn across(&self) -> Vec<CrossConnection> {
         let pins = self.planetary.iter().flat_map(PlanetarySet::pins);
         let meshing = (self.pairs().map(|gears| gears.map(|gear| gear.shaft)))

@@ -248,8 +248,8 @@ fn least_eigenvalue(matrix: &Mat<f64>) -> (f64, usize) {
 }
 
 impl JoinedHousing {
-    /// The node of the assembly under a bearing. The nodes of the housing are the first of the assembly, so
-    /// their indices are equal.
+    /// The node of the assembly under a bearing; `None` if it is not on the housing. The nodes of the housing are the
+    /// first of the assembly, so their indices are equal.
     pub(super) fn node_under(&self, bearing: [usize; 2]) -> Option<usize> {
         let joint = self.joints.iter().find(|joint| joint.bearing == bearing)?;
         Some(joint.node)

@@ -22,7 +22,7 @@ impl SpeedRelation {
         bodies.into_iter().chain(carrier)
     }
 
-    /// Speed of the second body that the relation requires.
+    /// Speed of the second body that the relation requires; `None` if the other speeds are undetermined.
     fn speed_of_second(&self, equations: &Equations) -> Option<Ratio> {
         let frame = match self.carrier {
             Some(carrier) => equations.value(carrier)?,

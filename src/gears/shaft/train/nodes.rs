@@ -29,7 +29,7 @@ pub(super) struct Assembled {
 struct ShaftNodes {
     /// Nodes by position \[m\], ascending; for a rigid shaft its carried nodes.
     places: Vec<(f64, usize)>,
-    /// The nodes with degrees of freedom of their own.
+    /// The nodes that are not carried by another node.
     independent: std::ops::Range<usize>,
 }
 
@@ -64,7 +64,7 @@ impl TrainDrive {
             nodes.fix(&mut assembly, shaft)?;
             for (at, disc) in &shaft.discs {
                 // A body with only polar inertia is a machine behind a coupling, which lets the shaft tilt
-                // alone.
+                // without the machine.
                 if disc.mass == 0.0 && disc.transverse_inertia == 0.0 {
                     assembly.add_polar_inertia(nodes.at(*at), disc.polar_inertia)?
                 } else {
@@ -181,6 +181,7 @@ impl TrainDrive {
     }
 
     /// The torsion spring between the first two of these nodes of a flexible shaft, given with their positions \[m\].
+    /// `None` for a single node.
     fn torsion(&self, shaft: &TrainShaft, nodes: &[(f64, usize)]) -> Option<Torsion> {
         let [(from, first), (to, second), ..] = *nodes else {
             return None;
@@ -393,7 +394,7 @@ impl Assembled {
         nodes.collect()
     }
 
-    /// The nodes of a shaft with degrees of freedom of their own; a carried node has none.
+    /// The nodes of a shaft that are not carried by another node.
     pub fn independent_nodes(&self, shaft: usize) -> std::ops::Range<usize> {
         self.shafts[shaft].independent.clone()
     }

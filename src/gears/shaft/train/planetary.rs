@@ -2,11 +2,11 @@
 //!
 //! A carrier rotates, and with it the positions of the meshes. The equations are in the frame that
 //! rotates with the carrier at its mean speed: planets keep their positions there, and the directions of
-//! all meshes are constant. Fixed parts must therefore be isotropic, unless the carrier is
+//! all meshes are constant. Supports on the ground must therefore be isotropic, unless the carrier is
 //! held. The gears roll as if the carrier did not rotate ([`Layout::mesh_speeds`]). The speeds follow from the held
 //! members ([`super::equations`]).
 //!
-//! Every set has a separate frame ([`super::frames`]).
+//! Sets share a frame only if their carriers have equal speeds ([`super::frames`]).
 //!
 //! The neutral rotation is that of the whole set at its mean speeds, and the carrier takes its planets along:
 //! a planet at r moves by `Ω_c e_z × r` and rotates at its speed.
@@ -72,8 +72,8 @@ impl TrainShaft {
     }
 }
 
-/// Phase of a planet's mesh relative to that of the first planet, in cycles from 0 on. A tooth of the central gear
-/// reaches this planet later, by the angle of the planet in the direction in which this gear rolls.
+/// Phase of a planet's mesh relative to that of the first planet, in cycles in \[0, 1). `angle` is the angle from the
+/// first planet to this one. If the central gear rolls in this direction, its teeth reach this planet later.
 pub fn phase_of_planet(teeth: u32, sense: f64, angle: f64) -> f64 {
     let turns = -sense * f64::from(teeth) * angle / TAU;
     let phase = turns.rem_euclid(1.0);
@@ -87,7 +87,7 @@ impl TrainDrive {
         sets.flat_map(|(number, set)| set.planets.iter().map(move |planet| (number, set, planet)))
     }
 
-    /// The set that contains a shaft as a planet.
+    /// The set that contains a shaft as a planet; `None` for other shafts.
     pub(super) fn set_of_planet(&self, shaft: usize) -> Option<usize> {
         let mut planets = self.planets();
         planets
@@ -100,7 +100,7 @@ impl TrainDrive {
         self.set_of_planet(shaft).is_some()
     }
 
-    /// The set with a planet among two gears in mesh.
+    /// The set of the planet among two gears in mesh; `None` if neither is a planet.
     pub(super) fn set_of_mesh(&self, gears: [GearPlace; 2]) -> Option<usize> {
         let [one, two] = gears.map(|gear| self.set_of_planet(gear.shaft));
         one.or(two)
@@ -123,7 +123,7 @@ impl TrainDrive {
         })
     }
 
-    /// Checks that the first mesh is one of a planet, if there are planets.
+    /// Checks that the first mesh has a planet, if the train has planets.
     pub(super) fn check_first(&self) -> Result<(), TrainError> {
         if self.planetary.is_empty() || self.gears.iter().any(|gear| self.is_planet(gear.shaft)) {
             return Ok(());

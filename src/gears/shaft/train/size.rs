@@ -13,8 +13,8 @@ const MOST_ELEMENTS: f64 = 4000.0;
 /// dense solution.
 const MATRICES: f64 = 9.0;
 
-/// The end of a hub uses an existing node within this part of the outer diameter: an element much shorter than the
-/// others would only cost accuracy.
+/// The end of a hub gets no separate node if another node is within this part of the outer diameter: an element much
+/// shorter than the others would only cost accuracy.
 const SAME_NODE: f64 = 1e-3;
 
 /// Freedoms of a node.

@@ -92,8 +92,8 @@ impl TrainDrive {
     /// Pitch point of the gears of a mesh.
     ///
     /// # Errors
-    /// [`TrainError::SkewAxes`], [`TrainError::OneAxis`], [`TrainError::PitchCircles`],
-    /// [`TrainError::FacesApart`].
+    /// [`TrainError::NotInside`], [`TrainError::SkewAxes`], [`TrainError::OneAxis`],
+    /// [`TrainError::PitchCircles`], [`TrainError::FacesApart`].
     fn pitch_point(&self, gears: [GearPlace; 2], axes: &[Axis]) -> Result<PitchPoint, TrainError> {
         let [one, two] = gears.map(|place| {
             let gear = self.gear(place);

@@ -36,7 +36,8 @@ const REQUIRED_SUPPORTS: [(Freedom, &str, &str); 5] = [
 impl TrainDrive {
     /// The `retained` lowest of the `modes` lowest modes, as
     /// [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes). The torque on the pinion acts on the driving
-    /// shaft. The torque on the wheel acts on the shaft of the second gear; it is `None` if this gear runs loose.
+    /// shaft. The torque on the wheel acts on the shaft of the second gear; it is `None` if this gear runs loose, and
+    /// in trains with planets.
     ///
     /// # Errors
     /// [`TrainError`], and as [`FlexibleDrive::modes`](crate::shaft::FlexibleDrive::modes).
@@ -305,7 +306,7 @@ impl TrainDrive {
         })
     }
 
-    /// All bodies that may rotate, and all gears: kind, name, node and direction of rotation.
+    /// Rotations of all bodies and of all gears: kind, name, node and direction of rotation.
     fn turning(
         &self,
         layout: &Layout,
@@ -379,7 +380,7 @@ impl TrainDrive {
         torques
     }
 
-    /// Relative rotational speed of the gears of a mesh.
+    /// Relative rotational speed of the gears of a mesh, in units of the first gear's speed.
     fn relative_speed(&self, gears: [GearPlace; 2], layout: &Layout) -> f64 {
         let [one, two] = gears.map(|place| self.gear(place));
         let ratio = f64::from(one.teeth) / f64::from(two.teeth);

@@ -171,7 +171,7 @@ fn ineffective_shaft_keys(first: &PointSpec, root: &Node) -> Vec<(String, String
     found
 }
 
-/// Excitation of amplitude 0.
+/// Keys of excitations of amplitude 0.
 fn silent(first: &PointSpec) -> Vec<(String, String)> {
     let excitation = &first.excitation;
     let errors = excitation

@@ -39,7 +39,8 @@ pub struct Advice {
     pub message: String,
 }
 
-/// All advice on a job in addition to its warnings, at most once per key, in the order of the manifest.
+/// All advice on a job in addition to its warnings, at most once per key: suspect values, then keys without effect,
+/// each in the order of the manifest.
 pub fn advice(job: &Job) -> Vec<Advice> {
     let text = Text {
         root: job.written().tree(),
@@ -48,7 +49,7 @@ pub fn advice(job: &Job) -> Vec<Advice> {
     let mut found: Vec<Advice> = Vec::new();
     let mut add = |kind, (key, mut message): (String, String)| {
         let place = text.place_of(&key);
-        // Harmonics computed from deviations of each tooth cannot be changed directly.
+        // Harmonics that are computed from gear errors or a torque curve have no separate key.
         let derived = place.is_none() && key.starts_with("excitation.");
         let warned = job
             .warnings

@@ -25,7 +25,7 @@ pub(super) fn dimension_of(spec: &Key) -> Option<Dimension> {
     }
 }
 
-/// The schema's entry for the key of an axis.
+/// The schema's entry for the key of an axis; `None` if no axis can vary the key, which is reported.
 pub(super) fn axis_key(issues: &Issues, entry: &Entry, path: &str) -> Option<&'static Key> {
     let name = entry.key.as_str();
     if !AxisKey::of(name).is_model_key() {
@@ -102,7 +102,7 @@ fn no_axis(entry: &Entry, path: &str, key: Option<&Key>) -> Diagnostic {
     }
 }
 
-/// The nearest possible axis, by its whole name or by its last part.
+/// The nearest of the entries of `[grid]` and the keys that take a number, by its whole name or by its last part.
 fn nearest_axis(name: &str) -> Option<String> {
     let paths: Vec<&str> = ["load", "torque", "speed", "points", "tied"]
         .into_iter()

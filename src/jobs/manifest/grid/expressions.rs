@@ -59,7 +59,7 @@ pub(super) fn read<'t>(issues: &Issues, entry: &'t Entry) -> Option<Pending<'t>>
 }
 
 /// Adds the axes given by expressions; each is tied to the axes in its expression. Returns the expressions by
-/// the name of their axis, each after the axes in it. Adds the names of faulty axes to `faulty`.
+/// the name of their axis, each after the expressions of the axes in it. Adds the names of faulty axes to `faulty`.
 pub(super) fn add(
     issues: &Issues,
     mut pending: Vec<Pending<'_>>,

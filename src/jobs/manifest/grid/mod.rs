@@ -156,7 +156,7 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
     axes
 }
 
-/// Records missing axes; `names` are columns of a list of points.
+/// Records missing axes, and adds the load 0 of an oscillator; `names` are columns of a list of points.
 fn find_missing(section: &Section, names: &[String], oscillator: bool, axes: &mut Axes) {
     let has = |name: &str| section.has(name) || names.iter().any(|known| known == name);
     // An unreadable list may have any column.

@@ -99,8 +99,8 @@ pub(super) fn read(issues: &Issues, entry: &Entry, tied: bool, base_dir: &Path) 
     })
 }
 
-/// Draws the values of the axes; `whole` means that all of them could be read. `None` if there are no distributions, or
-/// if there is a fault, which is reported.
+/// Draws the values of the axes; `whole` means that no axis of the grid has a fault. `None` if there are no
+/// distributions, or if there is a fault, which is reported.
 pub(super) fn draw(
     section: &Section,
     mut drawn: Vec<Drawn>,

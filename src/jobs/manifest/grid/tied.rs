@@ -14,7 +14,7 @@ pub(super) struct TiedGroup {
     span: Span,
 }
 
-/// The groups of `grid.tied`; faulty ones are omitted and reported.
+/// The groups of `grid.tied`; faulty ones are omitted and reported. Empty if an axis is named twice.
 pub(super) fn read(section: &Section) -> Vec<TiedGroup> {
     let Some(entry) = section.entry("tied") else {
         return Vec::new();

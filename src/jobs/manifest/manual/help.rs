@@ -66,15 +66,16 @@ fn every_key() -> impl Iterator<Item = &'static Key> {
     schemas.flat_map(schema::all)
 }
 
-/// The full names of tables and keys of a manifest and of the files that it may name, except those in entries of lists.
+/// The full names of tables and keys of a manifest and of the files that it may name, except keys in entries of lists
+/// and keys of either shaft.
 pub fn topics() -> impl Iterator<Item = &'static str> {
     every_key()
         .map(|key| key.path)
         .filter(|path| !path.contains(['*', '<']))
 }
 
-/// A table or a key in detail. A table's name may have brackets. The last part of a key's path means all keys with that
-/// name.
+/// A table or a key in detail. A table's name may have brackets. The last part of a path alone means all tables and
+/// keys of a manifest that have it.
 ///
 /// # Errors
 ///

@@ -141,7 +141,7 @@ fn axes() -> Vec<(String, &'static Key)> {
     axes
 }
 
-/// The quoted keys of the grid; those with indices as patterns.
+/// Adds the quoted axes to the schema of `[grid]`; axes with indices are patterns.
 fn add_axes(grid: &mut Value, axes: &[(String, &Key)]) {
     let mut patterns = Map::new();
     let mut plain = Map::new();

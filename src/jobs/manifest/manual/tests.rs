@@ -217,7 +217,7 @@ fn rolling(path: &str) -> Option<&'static str> {
     }
 }
 
-/// A manifest with planets, without one of their keys.
+/// A manifest with planets, without two of their keys, and with the rolling elements that the key at `path` needs.
 fn planetary(path: &str) -> String {
     let text = include_str!("../../../../manifests/trains/planetary.toml");
     let (before, own) = text.split_once("[[train.planetary]]").unwrap();

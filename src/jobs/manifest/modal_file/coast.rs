@@ -11,7 +11,7 @@ const COAST_KEYS: [&str; 3] = ["mesh_tilt_coast", "friction_coast", "friction_le
 /// participation: the error of a file with six digits.
 const SAME_ROTATION: f64 = 1e-5;
 
-/// The columns of the coast flanks. The outer `None` is a fault.
+/// The columns of the coast flanks. The outer `None` is a fault, the inner one a file without `mesh_coast`.
 pub(super) fn read(
     root: &Section,
     drive: Option<&[f64]>,
@@ -40,8 +40,8 @@ pub(super) fn read(
     }))
 }
 
-/// A rotation opens one side of a tooth as much as it closes the other. In rigid rotations both flanks therefore have
-/// the same deflection.
+/// Checks that both flanks have the same deflection in rigid rotations: a rotation opens one side of a tooth as much as
+/// it closes the other side.
 fn same_rotation(root: &Section, coast: &[f64], drive: &[f64], frequency: &[f64]) -> Option<()> {
     let largest = drive.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
     let differs = |mode: &usize| {

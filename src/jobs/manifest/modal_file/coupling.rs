@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn round_off_damps_no_rigid_motion() {
-        // Rigid, elastic: entries below 1e-12 of 4000 rad/s are removed only if a rigid motion participates.
+        // Mode 1 is rigid, mode 2 elastic. Entries below 1e-12 of 4000 rad/s are set to 0 only in row or column 1.
         let given = vec![1e-24, -3.9e-9, 3.9e-9, 1e-10];
         let read = without_round_off(given, &[0.0, 4000.0]);
         assert_eq!(read, [0.0, 0.0, 0.0, 1e-10]);

@@ -1,4 +1,4 @@
-//! A modal file without a mesh (an oscillator): the displacement that results show, with a default.
+//! A modal file without a mesh (an oscillator): the displacement that results show, and the load.
 
 use super::{acting, acts, column, optional};
 use crate::manifest::reader::Section;
@@ -12,7 +12,8 @@ pub(super) fn is_one(root: &Section) -> bool {
     !root.has("mesh")
 }
 
-/// Participation of the displacement that results show, and modal force of the load.
+/// Participation of the displacement that results show, and modal force of the load. By default, the displacement is
+/// that of the first contact that a mode deflects, otherwise that of mode 1, and the load is 0.
 pub(super) fn lines(
     root: &Section,
     modes: Option<usize>,

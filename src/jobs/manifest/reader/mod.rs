@@ -181,7 +181,7 @@ impl<'t> Section<'t> {
         entry
     }
 
-    /// Reads the value of a required key.
+    /// Reads the value of a key, or its default.
     fn given<T>(&self, name: &str, read: impl FnOnce(Given) -> Option<T>) -> Option<T> {
         let node = &self.required(name)?.node;
         let path = &self.path_of(name);
@@ -193,12 +193,12 @@ impl<'t> Section<'t> {
         })
     }
 
-    /// A required quantity in SI.
+    /// A quantity in SI, or its default.
     pub fn quantity(&self, name: &str) -> Option<f64> {
         self.given(name, |given| given.quantity())
     }
 
-    /// A required whole number that fits its type.
+    /// A whole number that fits its type, or its default.
     pub fn integer<T: TryFrom<u64>>(&self, name: &str) -> Option<T> {
         T::try_from(self.given(name, |given| given.integer())?).ok()
     }
@@ -216,7 +216,7 @@ impl<'t> Section<'t> {
         })
     }
 
-    /// A required text.
+    /// A text, or its default.
     pub fn text(&self, name: &str) -> Option<&'t str> {
         match &self.required(name)?.node.value {
             Value::Text(text) => Some(text),
@@ -224,7 +224,7 @@ impl<'t> Section<'t> {
         }
     }
 
-    /// One of the schema's words for this key, which is required.
+    /// One of the schema's words for this key, or its default.
     pub fn choice(&self, name: &str) -> Option<&'static str> {
         self.given(name, |given| given.choice())
     }
@@ -277,7 +277,7 @@ impl<'t> Section<'t> {
         }))
     }
 
-    /// A required list of texts, with this many elements if a length is given.
+    /// A list of texts, with this many elements if a length is given.
     pub fn texts(&self, name: &str, length: Option<usize>) -> Option<Vec<&'t str>> {
         self.elements(name, length, |given, node| match &node.value {
             Value::Text(text) => Some(text.as_str()),

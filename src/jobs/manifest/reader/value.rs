@@ -75,7 +75,7 @@ impl<'a> Given<'a> {
         self.in_range(value, dimension)
     }
 
-    /// The value if it is in the key's range; otherwise records it.
+    /// The value if it is in the key's range; otherwise records a fault.
     pub fn in_range(self, value: f64, dimension: Dimension) -> Option<f64> {
         let Self { path, spec, .. } = self;
         if spec.bounds.contain(value) {
@@ -172,7 +172,7 @@ impl<'a> Given<'a> {
     }
 }
 
-/// Likely meaning of a bare number: the same number in the unit of the key's example, if that is in range.
+/// A remedy for a bare number: the same number with the unit of the key's example, if that quantity is in range.
 pub(in crate::manifest) fn meant(value: &Value, spec: &Key) -> Option<String> {
     let number = match value {
         Value::Integer(number) => *number as f64,

@@ -3,7 +3,7 @@
 use super::{MANIFEST, children, number, quoted};
 use crate::units::Dimension;
 
-/// A key of the manifest or of a modal file.
+/// A key of a manifest, a modal file or a housing file.
 #[derive(Debug)]
 pub(in crate::manifest) struct Key {
     /// Dotted path; `*` means an index, `shafts.<shaft>` either shaft.
@@ -38,7 +38,7 @@ pub(in crate::manifest) enum OtherTables {
     FurtherMesh,
 }
 
-/// Each entry has a table, another table whose keys it may have, too, and the group of these keys.
+/// Each entry is a table, a second table, and the group of keys of the second table that the first table may also have.
 pub(in crate::manifest) const SHARED: [(&str, &str, OtherTables); 4] = [
     ("shafts.<shaft>", "shafts", OtherTables::EitherShaft),
     ("train.shaft.*.gears.*", "gear", OtherTables::OneGear),
@@ -75,7 +75,7 @@ pub(in crate::manifest) enum Kind {
     Text,
     /// One of a few words.
     Choice(&'static [&'static str]),
-    /// A list; its elements are the keys `path.*`.
+    /// A list. The text describes its elements, which are the keys `path.*`.
     List(&'static str),
     /// A damping ratio (bare number, `%`) or a coefficient (`N*s/m`).
     ContactDamping,
@@ -85,7 +85,7 @@ pub(in crate::manifest) enum Kind {
     Table,
     /// An axis of the grid.
     Axis(Dimension),
-    /// The name of a file, or a list of tables with axes of the grid as keys.
+    /// The name of a file, or a list of tables, one per point.
     Points,
 }
 
@@ -120,7 +120,7 @@ pub(in crate::manifest) const VARIABLE_TABLES: [&str; 8] = [
     "analyses",
 ];
 
-/// The only key of another table that can be an axis.
+/// The only key outside of [`VARIABLE_TABLES`] that can be an axis.
 pub(in crate::manifest) const SEED: &str = "job.seed";
 
 /// Keys of [`VARIABLE_TABLES`] that cannot be axes, because all points share their values.
@@ -369,7 +369,7 @@ impl Key {
         self.elsewhere == OtherTables::OneGear && draws_one_gear(path)
     }
 
-    /// The range of its numbers for a table, empty if any finite value is accepted.
+    /// The range of its numbers for the manual, empty if any finite value is accepted.
     pub fn range(&self) -> String {
         match self.kind {
             Kind::Integer => {

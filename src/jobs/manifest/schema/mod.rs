@@ -1,6 +1,6 @@
-//! Every key of a manifest: values, range, default and meaning. All of these use this table: the readers' defaults,
-//! errors about unknown keys, grid axes, messages about accepted values, the manual of the manifest and its JSON
-//! Schema.
+//! Every key of a manifest, a modal file and a housing file: values, range, default and meaning. Users of these tables
+//! are the readers' defaults, errors about unknown keys, grid axes, messages about accepted values, the manual and the
+//! JSON Schema.
 
 mod key;
 mod keys;
@@ -143,7 +143,7 @@ pub(in crate::manifest) fn quoted(words: &[&str]) -> String {
     quoted.join(", ")
 }
 
-/// Other tables with a key of exactly this name.
+/// The tables with a key of exactly this name, except entries of lists and the table of either shaft.
 pub(in crate::manifest) fn tables_with_key(schema: Schema, name: &str) -> Vec<&'static str> {
     all(schema)
         .filter_map(|key| key.path.rsplit_once('.'))

@@ -139,7 +139,8 @@ fn lyapunov(
     })
 }
 
-/// The mean life of chaos to be shown, if any. `run.cycles` must be at least three times as large.
+/// The lower bound of the mean life of chaos to be shown; `Some(None)` if it is not given, `None` if it is faulty.
+/// `run.cycles` must be at least three times as large.
 fn lifetime(table: &Section, run: Option<&RunSpec>) -> Option<Option<u64>> {
     if !table.has("lifetime") {
         return Some(None);
@@ -177,7 +178,8 @@ fn horizon(table: &Section) -> Option<HorizonConfig> {
 /// Default limit of the measured mesh cycles of a probe.
 const PROBE_CYCLES: u64 = 4_000;
 
-/// By default, probes are integrated as long as the point itself, up to [`PROBE_CYCLES`].
+/// By default, probes have the transient and the cycles of the point, but at least [`schema::FEWEST_CYCLES`] and
+/// at most [`PROBE_CYCLES`] measured cycles.
 fn multistability(
     table: &Section,
     retained: Option<usize>,

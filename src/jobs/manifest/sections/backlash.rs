@@ -5,7 +5,7 @@ use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{StiffnessSpec, StructureSource};
 
-/// The keys for the half gap; one is enough.
+/// The keys for the half gap, of which a mesh has at most one.
 const KEYS: [&str; 3] = ["half_gap", "normal_backlash", "circumferential_backlash"];
 
 /// Relative difference from the drawing that counts as rounding of the given number.

@@ -6,7 +6,7 @@ use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::Section;
 use crate::manifest::spec::{CoastSpec, FrictionSpec, StiffnessSpec, StructureSource};
 
-/// The line of action of the coast flanks; `None` if the structure or the drawing has faults, which have been
+/// The line of action of the coast flanks; `None` if a key, the structure or the drawing has faults, which are
 /// reported. `laws` are those of the drive flanks' stiffness and friction.
 pub(super) fn read(
     section: &Section,

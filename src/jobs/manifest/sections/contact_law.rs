@@ -74,8 +74,8 @@ pub(super) fn stiffness(table: &Section) -> Option<Vec<Division>> {
     Some(divisions)
 }
 
-/// A mean stiffness, its harmonics, and the divisions of their sum, which must stay above 0. Without harmonics it may be
-/// negative.
+/// A mean stiffness, its harmonics, and the divisions of their sum, which must stay above 0. Without harmonics the
+/// mean may be negative.
 pub(super) fn fourier(
     table: &Section,
     mean: &str,

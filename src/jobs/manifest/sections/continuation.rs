@@ -10,7 +10,7 @@ use crate::manifest::schema;
 use crate::manifest::spec::{Axis, ContinuationSpec};
 use crate::manifest::tree::Value;
 
-/// The section; `Some(None)` if there is none, `None` if it is faulty.
+/// The section; `Some(None)` if there is none or if an axis that it names has one value, `None` if it is faulty.
 pub(in crate::manifest) fn read(
     root: &Section,
     axes: &[&Axis],
@@ -70,7 +70,7 @@ pub(in crate::manifest) fn read(
     spec.map(Some)
 }
 
-/// The axis that a key names, if it has one value.
+/// The name of an axis that `over` or `second` names, if this axis has only one value.
 fn single_valued<'a>(section: &Section, axes: &[&'a Axis]) -> Option<&'a str> {
     ["over", "second"].into_iter().find_map(|key| {
         let Value::Text(name) = &section.entry(key)?.node.value else {
@@ -89,8 +89,8 @@ fn state(table: &Section, retained: Option<usize>) -> Option<GivenState> {
     })
 }
 
-/// The index of the axis that a key names. The drive must depend on it continuously, and it must have two different
-/// values.
+/// The index of the axis that a key names, or by default of the last untied axis with two different values. The drive
+/// must depend on the axis continuously. The axis may only be tied to axes given by expressions.
 fn axis(
     section: &Section,
     key: &str,

@@ -1,4 +1,4 @@
-//! `[excitation]`: harmonics of the transmission error, torque ripple on either shaft.
+//! `[excitation]`: transmission error, errors of the gears, torque ripple and uneven rotation of either shaft.
 
 use super::{Context, torque_curve};
 use crate::manifest::reader::{Section, all_of};

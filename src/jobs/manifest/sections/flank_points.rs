@@ -1,5 +1,5 @@
 //! `[[gear.profile_points]]`, `[[gear.lead_points]]`: courses of flanks through points. In the table of one gear of a
-//! train they have no key `gear`, and both entries belong to that gear.
+//! train they have no key `gear`, and both returned courses are that of the gear.
 
 use crate::gear::GearPair;
 use crate::manifest::diagnostic::DiagnosticKind;

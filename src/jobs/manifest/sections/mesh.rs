@@ -1,4 +1,4 @@
-//! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction.
+//! `[mesh]`: backlash, stiffness over the mesh cycle, misalignment, contact damping, friction, oil, faults of teeth.
 
 use super::backlash::{self, MeshContext};
 use super::coast;
@@ -31,8 +31,8 @@ const OF_TABLES: [&str; 6] = [
     "slices",
 ];
 
-/// Whether a mesh takes its stiffness from the drawing of the gears; `continuous` does unless it has a key of the
-/// two-level law.
+/// Whether a mesh takes its stiffness from the drawing of the gears: with `table`, and with `continuous` unless a key
+/// of the two-level law is given.
 pub(super) fn wants_gears(section: &Section) -> bool {
     let law = section.has("mean_stiffness") || LAW[..2].iter().any(|key| section.has(key));
     match section.entry("stiffness").map(|entry| &entry.node.value) {

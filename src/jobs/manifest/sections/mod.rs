@@ -100,7 +100,7 @@ impl<'a> Context<'a> {
         }
     }
 
-    /// The last drive if this one equals it.
+    /// The last drive if `source` equals it, otherwise `source`, which becomes the last drive.
     fn shared(&mut self, source: StructureSource) -> StructureSource {
         let shared = match &self.last_drive {
             Some(last) if *last == source => last.clone(),
@@ -111,7 +111,8 @@ impl<'a> Context<'a> {
     }
 }
 
-/// Reads every table except `[job]` and `[grid]`; `None` if there was a fault.
+/// Reads the tables of a point: all except `[job]`, `[grid]`, `[continuation]` and `[runup]`. `None` if one of
+/// these tables is faulty, but some contradictions between tables are only reported.
 pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> {
     let model = model::read(root, context);
     let mesh = if oscillator::is_one(root, context) {

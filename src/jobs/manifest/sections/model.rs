@@ -15,7 +15,7 @@ use std::sync::Arc;
 /// Default number of modes of flexible shafts.
 const DEFAULT_MODES: usize = 40;
 
-/// Every drive has two rigid rotations: the neutral one and the relative one.
+/// Number of rigid rotations of a drive of two shafts: the neutral one and the relative one.
 const RIGID_MODES: usize = 2;
 /// Degrees of freedom of a node (six), times two shafts.
 const FREEDOMS_PER_STATION: usize = 12;
@@ -203,7 +203,7 @@ fn modal(
     })
 }
 
-/// Whether `[mesh]` takes its stiffness, friction or film of oil from the drawing of the gears.
+/// Whether `[mesh]` needs the drawing of the gears for its stiffness, friction, film of oil or tooth faults.
 fn mesh_wants_gears(root: &Section) -> bool {
     let mesh = root.child("mesh").flatten();
     mesh.is_some_and(|mesh| mesh::wants_gears(&mesh) || needs_drawing(&mesh))
@@ -214,9 +214,9 @@ fn needs_drawing(mesh: &Section) -> bool {
     friction::wants_gears(mesh) || film::wants_gears(mesh) || tooth_fault::wants_gears(mesh)
 }
 
-/// The drawing for a mesh table, the law of friction or a film of oil if the structure comes from a modal file.
+/// The drawing for a mesh table, friction, a film of oil or tooth faults if the structure comes from a modal file.
 pub(super) fn gears_for_modal_file(root: &Section, mesh: &Section) -> Option<GearPair> {
-    // The readers of friction and film report a missing drawing.
+    // The readers of friction, film and tooth faults report a missing drawing.
     let needed = mesh::wants_gears(mesh) || needs_drawing(mesh) && root.has("gear");
     if !(is_kind(root, "modal") && needed) {
         return None;
@@ -225,8 +225,8 @@ pub(super) fn gears_for_modal_file(root: &Section, mesh: &Section) -> Option<Gea
         .and_then(|section| gear::read(&section))
 }
 
-/// Whether the mesh uses a drawing. A drawing that gives no gears has faults, which have been reported. A
-/// `sound` train without a drawing has bevel gears.
+/// Whether the manifest describes gears for the mesh. If no gears result, the description has faults, which have been
+/// reported. `sound` means that the model has no fault. A sound train without a drawing has bevel gears.
 pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     let in_train = root.has("train") && !sound;
     if is_kind(root, "train") {
@@ -236,7 +236,7 @@ pub(super) fn is_drawn(root: &Section, mesh: &Section, sound: bool) -> bool {
     root.has("gear") && looked_at || in_train
 }
 
-/// Number of retained modes: all by default, never more.
+/// Number of retained modes: all by default, and at least the `least` modes that are rigid rotations.
 fn retained(section: &Section, modes: Option<usize>, least: usize) -> Option<usize> {
     let retained = section.integer_or("retained", modes.unwrap_or(usize::MAX))?;
     let modes = modes?;

@@ -81,7 +81,7 @@ pub(super) fn mesh(root: &Section, model: Option<&ModelSpec>) -> Option<MeshSpec
     Some(mesh.measured_by(length))
 }
 
-/// The largest gap of a contact, or static deflection by a harmonic load \[m\].
+/// The largest of the gaps of contacts and of the static deflections by harmonic loads \[m\]; 0 without both.
 fn typical_length(structure: &ModalStructure) -> f64 {
     let gaps = structure
         .contacts
@@ -102,7 +102,7 @@ fn typical_length(structure: &ModalStructure) -> f64 {
 }
 
 /// A stiffness along the displayed displacement, as a scale for distances of states \[N/m\]. It gives the frequency of
-/// the lowest elastic mode; if all modes are rigid, it is the stiffness of a contact.
+/// the lowest elastic mode. If all modes are rigid, it is the stiffness of the first contact that has one, otherwise 1.
 fn stiffness(structure: &ModalStructure) -> f64 {
     let square: f64 = structure.mesh.iter().map(|w| w * w).sum();
     let lowest = structure.frequency.iter().find(|omega| **omega > 0.0);

@@ -99,7 +99,7 @@ fn kernel(section: &Section) -> Option<KernelSetting> {
             steps: section.integer("steps")?,
         },
         None => {
-            // The key may have no effect; its faults are still reported.
+            // The kernel is faulty, so `steps` may have no effect; its faults are still reported.
             section.integer::<u32>("steps");
             return None;
         }

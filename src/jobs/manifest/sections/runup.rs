@@ -137,7 +137,8 @@ fn line(section: &Section) -> Option<PointCourse> {
     Some(PointCourse::line([0.0, from], [duration?, to]))
 }
 
-/// The load from the keys for it; `Some(None)` for the load of the operating point.
+/// The load from the keys for it; `Some(None)` for the load of the operating point. The time `first_time` of a list of
+/// points becomes 0.
 fn load(
     section: &Section,
     base_dir: &Path,

@@ -2,8 +2,7 @@
 //! share; `[shafts.pinion]` and `[shafts.wheel]` override them.
 //!
 //! The tables describe a machine; the model kind selects the motions. A kind reads the keys that it needs and checks
-//! the others, so that changing `model.kind` alone changes the tier. Only pedestals must be absent if they have no
-//! effect.
+//! the others, so that changing `model.kind` alone changes the tier. Only pedestals without effect are not checked.
 
 use super::drive_kind::DriveKind;
 use super::ineffective_keys::has_effect;
@@ -20,7 +19,7 @@ pub(super) struct ShaftSet {
     pub elastic: Option<Elastic>,
 }
 
-/// The data of flexible shafts, and the size of their elements.
+/// The data of flexible shafts, and the numbers of their elements.
 pub(super) struct Elastic {
     pub young_modulus: f64,
     pub shear_modulus: f64,
@@ -261,7 +260,7 @@ fn bearings(shared: &Section, shaft_table: &Section, kind: DriveKind) -> Option<
     }))
 }
 
-/// The supports of both bearings; the outer `None` is a fault.
+/// The supports of both bearings. The outer `None` is a fault; the inner one means bearings on the ground.
 fn pedestals(
     shared: &Section,
     shaft_table: &Section,

@@ -3,7 +3,7 @@
 use crate::analysis::{SliceConfig, SliceOf};
 use crate::manifest::reader::Section;
 
-/// Reads the table. Whether the mesh excites its modes is checked when the structure is known.
+/// Reads the table. Whether the mesh excites the modes of the slice is checked when the structure is known.
 pub(super) fn read(table: &Section, retained: Option<usize>) -> Option<SliceConfig> {
     let modes = if table.has("mode") {
         of_one_mode(table, retained)

@@ -13,7 +13,7 @@ pub(super) type Excluded<'a> = (
     &'a str,
 );
 
-/// Excludes the kernels that do not support such a part: `closed_modes` and `stepping`.
+/// Excludes the kernels `closed_modes` and `stepping`, which support neither a `Part` nor a film of oil.
 pub(super) const fn excluded_kernel<'a>(why: &'a str, remedy: &'a str) -> Excluded<'a> {
     ("run", "kernel", &["closed_modes", "stepping"], why, remedy)
 }

@@ -102,7 +102,7 @@ fn pairs(entry: &Entry, issues: &Issues, context: &Context) -> Option<Vec<[f64; 
     Some(pairs.map(|(angle, torque)| [*angle, *torque]).collect())
 }
 
-/// Checks that a torque can act on the orders of a shaft. `None` if it cannot, which is reported.
+/// Checks that a torque or an imposed motion can act on a shaft. `None` if it cannot, which is reported.
 pub(super) fn turns(
     table: &Section,
     source: Option<&StructureSource>,

@@ -15,7 +15,7 @@ use crate::manifest::slip;
 use crate::shaft::{TrainDrive, TrainError, TrainShaft};
 use parts::Parts;
 
-/// Tolerance for the sum of the motor's power shares, which must be 1.
+/// Tolerance for the sum of the `output` fractions of all shafts, which must be 1 unless all are 0.
 const POWER: f64 = 1e-9;
 
 /// Reads the table; `[model]` has the damping of the modes.
@@ -106,8 +106,8 @@ fn bearing_load(section: &Section, train: &TrainDrive) -> Option<Option<f64>> {
     Some(None)
 }
 
-/// The fault of a shaft's section with too many elements, at its largest cause: the given element length, an impossible
-/// length, or the diameter.
+/// The fault of a shaft's section with too many elements, at its likely cause: an unusual length, otherwise a given
+/// element length, otherwise the diameter.
 fn too_fine(
     tables: &[Section],
     train: &TrainDrive,

@@ -7,8 +7,8 @@ use strum::{IntoStaticStr, VariantArray};
 /// A plane whose cells are halved if points on their edges differ.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Refine {
-    /// Numbering of its places by `point_id`. Rows go along the first axis with several values, columns along the
-    /// second.
+    /// Numbering of its places by `point_id`. The first axis with several values varies between rows, the second
+    /// between columns.
     pub nested: NestedGrid,
     /// Criteria of comparison, without repetition, in the order of [`Criterion`].
     pub by: Vec<Criterion>,

@@ -12,7 +12,7 @@ const MOST_SAMPLES: usize = 1 << 16;
 /// The random stream of the scramble, distinct from those of points.
 const STREAM: [u64; 2] = [u64::MAX, 0x736f_626f];
 
-/// Half the spacing of the numbers of the sequence, 2⁻²³.
+/// Half the spacing of the numbers of the sequence; the spacing is 2⁻²³.
 const HALF_STEP: f64 = 1.0 / (1 << 24) as f64;
 
 /// Axes whose values are drawn from distributions.

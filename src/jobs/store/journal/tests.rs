@@ -205,7 +205,7 @@ fn ids(journal: &mut Journal) -> Vec<u64> {
     replayed(journal).iter().map(|row| row.point_id).collect()
 }
 
-/// A journal of points 0, 1, 2; returns its bytes and the end of each record.
+/// Bytes of a journal of points 0, 1, 2, and the ends of its header and of each point.
 fn three_points(folder: &Path) -> (Vec<u8>, [usize; 4]) {
     let mut journal = open(folder);
     let mut ends = [journal.end as usize; 4];

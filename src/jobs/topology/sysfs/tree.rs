@@ -48,8 +48,8 @@ impl Tree {
         self.0.join(path).exists()
     }
 
-    /// The threads that share a unit with a thread, from the first file that exists: newer versions of Linux
-    /// use other file names. `None` if the list does not contain the thread itself.
+    /// The threads that share a core, die or package with a thread, from the first file that has a list: newer versions
+    /// of Linux use other file names. `None` if there is no list, or if it does not contain the thread itself.
     pub(super) fn siblings(&self, thread: u32, names: &[&str]) -> Option<Set> {
         let file = |name: &&str| self.list(&format!("{}/topology/{name}", of_thread(thread)));
         let found = names.iter().find_map(file)?;

@@ -118,7 +118,7 @@ pub enum Item {
         /// Lines of each of a member's arrays.
         lines: usize,
     },
-    /// Reading memory of one node from the cores of another: one figure.
+    /// Reading memory of one node from the cores of the same or another node: one figure.
     Nodes {
         /// Members, all of one node.
         team: Vec<HardwareThread>,
@@ -168,7 +168,7 @@ impl Item {
         }
     }
 
-    /// Its name, in one or two words.
+    /// Its name in messages.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Arithmetic { .. } => "arithmetic",
@@ -186,9 +186,9 @@ impl Item {
 pub enum StreamKernel {
     /// Sums an array.
     Read,
-    /// `a = b`, bypassing the caches or not.
+    /// `a = b`; true bypasses the caches.
     Copy(bool),
-    /// `a = b + q c`, bypassing the caches or not.
+    /// `a = b + q c`; true bypasses the caches.
     Triad(bool),
 }
 

@@ -25,8 +25,8 @@ pub fn order(topology: &Topology, placement: Placement) -> Vec<HardwareThread> {
     ranked.into_iter().map(|(_, thread)| thread).collect()
 }
 
-/// Teams of growing size, up to `most` members. Their sizes are powers of two, the largest number of cores of
-/// a node, the number of all cores, and the number of all threads.
+/// Teams of growing size, up to `most` members. Their sizes are powers of two, the largest number of cores of a node,
+/// the number of all cores, and the largest possible size.
 pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<HardwareThread>> {
     let order = order(topology, placement);
     let most = order.len().min(most);
@@ -49,7 +49,7 @@ pub fn teams(topology: &Topology, placement: Placement, most: usize) -> Vec<Vec<
     counts.iter().map(|&n| order[..n].to_vec()).collect()
 }
 
-/// Number of last-level caches of a team's cores. hwloc lists cores with a common cache next to each other.
+/// Number of last-level caches of a team's cores, at least 1. hwloc lists cores with a common cache next to each other.
 pub fn caches_spanned(topology: &Topology, team: &[HardwareThread], cache: &Cache) -> usize {
     let mut before = 0;
     let mut spanned: Vec<usize> = Vec::new();
@@ -76,7 +76,7 @@ pub fn same_places(team: &[HardwareThread], teams: &[Vec<HardwareThread>]) -> bo
     (teams.iter()).any(|other| other.len() == team.len() && sorted(other) == sorted(team))
 }
 
-/// All pairs of a node with cores and any node.
+/// All pairs (node of cores, node of memory): any node with cores, and any node.
 pub fn pairs(topology: &Topology) -> Vec<(u32, u32)> {
     let with_cores = |node: u32| topology.cores.iter().any(|core| core.numa_node == node);
     let all = || topology.numa_nodes.iter().map(|node| node.index);

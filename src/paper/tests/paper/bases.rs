@@ -5,7 +5,7 @@ use gearatlas_paper::kernels::{Bases, Dyadic, Spectral};
 
 const CELLS: u32 = 60;
 
-/// A kernel that uses the bases of another speed follows the structured kernel as well as with new bases.
+/// A kernel that uses the bases of another speed follows the kernel `volterra` as well as with new bases.
 #[test]
 fn bases_serve_every_speed_load_and_gap() {
     for (name, case) in common::drives() {

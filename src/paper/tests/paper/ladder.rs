@@ -1,4 +1,4 @@
-//! Do the table kernels integrate the same system as the structured kernel and the reference?
+//! Do the table kernels integrate the same system as the kernel `volterra` and the reference integrator?
 
 #![allow(clippy::unwrap_used)]
 
@@ -131,7 +131,7 @@ fn steps_of_the_deflection_are_those_of_the_reference() {
     }
 }
 
-/// Tangents of one cycle against the structured kernel's.
+/// Compares the tangents of one cycle with those of `volterra`.
 #[test]
 fn tangents_are_those_of_the_structured_kernel() {
     for (drive, case) in drives() {
@@ -257,7 +257,7 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
     let model = common::model(case);
     let ladder = match Ladder::new(&model, 24) {
         Ok(ladder) => ladder,
-        // A refusal is acceptable; another test asserts that it is rare.
+        // A refusal is acceptable. `random.rs` asserts that tables accept at least half of its drives.
         Err(DenseError::Table(TableError::Defective { .. })) => return Ok(0),
         Err(other) => return Err(TestCaseError::fail(other.to_string())),
     };
@@ -301,12 +301,12 @@ fn agree(case: &Case) -> Result<usize, TestCaseError> {
     Ok(compared)
 }
 
-/// Slope of the logarithm of the error against that of the step, from `coarse` parts of the cycle to sixteen times as
-/// many. A single error depends on where events fall between two steps, a mean over neighbours does not. `None` if the
-/// error is negligible.
+/// Slope of the logarithm of the error over that of the step, from `coarse` parts of the cycle to 16 times as many.
+/// A single error depends on the positions of events between two steps; a mean over neighbouring numbers of parts does
+/// not. `None` if the error is negligible.
 fn order(coarse: u32, error: impl Fn(u32) -> f64) -> Option<f64> {
-    // The logarithm of a delay between zero and a step has a deviation of one: that of the order is √2 / ln 16 / √32 =
-    // 0.09.
+    // The logarithm of a delay between zero and a step has a standard deviation of 1. The order then has one of
+    // √2 / ln 16 / √32 = 0.09.
     const NEIGHBOURS: u32 = 32;
     let mean = |parts: u32| {
         let sum = (0..NEIGHBOURS)
@@ -424,7 +424,7 @@ fn an_event_grid_is_of_first_order() {
     }
 }
 
-/// Tables refuse by name what they cannot represent.
+/// Tables refuse a model that they cannot represent, and the message says why.
 #[test]
 fn varying_stiffness_is_refused() {
     let (structure, mut drive, point) = common::six_modes();
@@ -471,7 +471,7 @@ fn resonance_without_damping_is_refused() {
     }
 }
 
-/// Observers get the same windows as from the structured kernel: the energy balance closes.
+/// Observers get windows from which the energy balance closes.
 #[test]
 fn work_seen_in_windows_closes_the_energy_balance() {
     let model = common::model(&common::six_modes());

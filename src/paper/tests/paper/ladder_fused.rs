@@ -57,7 +57,7 @@ fn quiet() -> Vec<(&'static str, Model)> {
         .collect()
 }
 
-/// A settled cycle of contact takes one product, with the same state as the structured kernel.
+/// A settled cycle of contact takes one product, with the same state as the kernel `volterra`.
 #[test]
 fn a_cycle_of_contact_is_one_product() {
     for (name, model) in quiet() {
@@ -161,6 +161,6 @@ fn work_of_a_fixed_case_is_known() {
         work(advance_with(&fused, &start, 6, &mut ()).1),
     ];
     insta::assert_debug_snapshot!(found);
-    // Each kernel needs fewer products than the one before; rows replace some.
+    // `hermite` needs fewer products than `dyadic`, because rows replace some, and `fused` fewer than `spectral`.
     assert!(found[0][0] > found[1][0] && found[2][0] > found[3][0]);
 }

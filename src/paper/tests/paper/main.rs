@@ -1,8 +1,8 @@
-//! The paper's kernels compared with the structured kernel, the reference integrators and their recorded results.
+//! The paper's kernels compared with `volterra`, with the reference integrators and with their recorded results.
 
 #![allow(clippy::unwrap_used)]
 
-// Shared with the tests of the program; only a part is used here.
+// Modules of the tests of `atlas`; the tests here use only parts of them.
 #[allow(dead_code)]
 #[path = "../../../../fuzz/targets/breakpoints.rs"]
 mod breakpoint_motion;

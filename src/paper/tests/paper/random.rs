@@ -28,8 +28,8 @@ const KERNELS: [(&str, KernelCall); 2] = [
     }),
 ];
 
-/// Allowed error of tables over a cycle: the largest measured error of a cell's propagator, times cells, and the same
-/// for the inputs, which are not measured.
+/// Allowed error of tables over a cycle: the largest measured error of a cell's propagator, times the number of cells.
+/// The factor 2 is for the inputs, whose errors are not measured.
 fn reported_error(bases: &[Conditioning], size: TableSize) -> f64 {
     let worst = bases.iter().map(|basis| basis.reconstruction);
     2.0 * worst.fold(0.0, f64::max) * size.cells as f64

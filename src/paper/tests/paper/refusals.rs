@@ -1,4 +1,4 @@
-//! Dense tables refuse by name what they cannot represent.
+//! Dense tables refuse a model that they cannot represent, and the message says why.
 
 use crate::common;
 use gearatlas::model::{Division, FlankError, Model, Release};
@@ -30,7 +30,7 @@ fn an_error_of_loaded_flanks_is_refused() {
     assert!(message.contains("excitation.table_harmonics"), "{message}");
 }
 
-/// A critically damped contact has one eigenvector; ten hours per tooth need too many cells.
+/// A critically damped contact has one eigenvector; nine hours per tooth need too many cells.
 #[test]
 fn what_is_wrong_is_said() {
     let mut case = common::one_degree();

@@ -1,6 +1,6 @@
-//! Repeated modes and parallel eigenvectors: kernels that diagonalise a mesh segment compared with the structured one,
-//! which does not. Cases are modes of one frequency, drives with two equal shafts, and contacts near critical damping.
-//! The kernels must be right or refuse.
+//! Repeated modes and parallel eigenvectors: kernels that diagonalise a mesh segment compared with `volterra` (the
+//! structured kernel), which does not. Cases are modes of equal frequency, drives with two equal shafts, and contacts
+//! near critical damping. The kernels must be right or refuse the model.
 
 #![allow(clippy::unwrap_used)]
 
@@ -17,13 +17,14 @@ use gearatlas_paper::kernels::{DenseError, Fused, Spectral};
 
 const CELLS: u32 = 60;
 
-/// The mesh and damping of the default drive.
+/// The model of a structure with a mesh and damping like those of the default drive.
 fn operated(structure: &ModalStructure, load: f64, speed: f64) -> Model {
     let drive = common::two_level_mesh(10e-6);
     Model::new(structure, &drive, OperatingPoint { load, speed }).unwrap()
 }
 
-/// A rigid rotation, three modes at `frequency` and two at 7000 rad/s, with a relative distance `apart` in each group.
+/// A rigid rotation, three modes at 3000 rad/s and two at 7000 rad/s. Within each group, neighbours have relative
+/// distances of once or twice `apart`.
 fn in_groups(apart: f64) -> ModalStructure {
     let shift = |base: f64, k: f64| base * (1.0 + k * apart);
     let frequency = [
@@ -53,8 +54,8 @@ fn lively(model: &Model) -> TrajectoryState {
     model.start(&start)
 }
 
-/// Largest one-cycle difference from the structured kernel \[half gaps\], over some cycles of its trajectory: of
-/// states, and of every bearing force relative to the largest one.
+/// Largest differences from the structured kernel after one cycle, over some cycles of its trajectory: of the states
+/// \[half gaps\], and of the bearing forces relative to the largest one.
 fn departure<K: Kernel>(
     model: &Model,
     kernel: &K,
@@ -115,7 +116,7 @@ fn agree(name: &str, structure: &ModalStructure, model: &Model) {
     }
 }
 
-/// Modes of one frequency, and of nearly one at distances down to zero.
+/// Modes of equal frequency, and of nearly equal frequencies at small distances.
 #[test]
 fn repeated_modes_are_followed() {
     for apart in [
@@ -203,8 +204,8 @@ fn like_shafts_are_followed() {
     agree("flexible", &structure, &model);
 }
 
-/// A nearly critically damped contact has two nearly equal eigenvectors. At any distance from it, the motion is the
-/// structured kernel's, or the tables are refused.
+/// A nearly critically damped contact has two nearly equal eigenvectors. At any distance from critical damping, the
+/// motion is that of the structured kernel, or the tables are refused.
 #[test]
 fn critical_damping_is_followed_or_refused() {
     let structure = structure(&[0.0], 0.0, &[1.0], &[1.0]);

@@ -10,9 +10,9 @@
 //! ```
 //!
 //! in numbers of two doubles each. A step is at most one radian of the fastest rate, so that the omitted
-//! terms are below 1/31! ≈ 1e-34. Every change of contact state is a zero of a series for δ. Signs of
-//! coefficients prove that it is the first zero (`root`). Breakpoints are exact. The parameters of the
-//! [`Model`](crate::model::Model) count as exact.
+//! terms are below 1/31! ≈ 1e-34. Every event is a zero of a series for δ, for its rate or for the push of a
+//! contact. Signs of coefficients prove that it is the first zero (`root`). Breakpoints are exact. The parameters of
+//! the [`Model`](crate::model::Model) count as exact.
 
 mod double_double;
 mod root;
@@ -30,7 +30,8 @@ use series::{Instant, StepSeries, Structure};
 /// stretch of a slider's spring beyond the limit, and its change over a step.
 const LEFT_BY_AN_EVENT: f64 = 1e-22;
 
-/// Round-off of the stretch of a spring in doubles, in units of the largest component of the state.
+/// Round-off of the stretch of a slider's spring in doubles, in units of the largest of its limit and the components of
+/// the state.
 const AT_LIMIT: f64 = 1e-14;
 
 /// Order of the series on a step, whose terms are X₀ … X₃₀.
@@ -277,7 +278,7 @@ impl Integration<'_> {
         });
     }
 
-    /// Moves sliders that are at their limits within the round-off of doubles exactly to these limits.
+    /// Moves each slider whose stretch is within the round-off of doubles of its limit exactly to this limit.
     fn clamp_sliders(&mut self) {
         let model = self.extended.model;
         let at_limit = |slip: &usize| {
@@ -316,7 +317,7 @@ impl Integration<'_> {
     }
 
     /// Takes one step, or the part up to the first event. Returns the time reached, at the model's speed, and the
-    /// fraction of the step at the event.
+    /// fraction of the step at the event; `None` without an event.
     fn step(
         &mut self,
         time: DoubleDouble,
@@ -371,8 +372,8 @@ impl Integration<'_> {
         Ok((reached, Some(place)))
     }
 
-    /// The first fraction of a step of some length \[s\] at which a contact opens, closes or becomes free, with this
-    /// contact.
+    /// The first event on a step of some length \[s\]: its fraction of the step, its contact and its cause; `None`
+    /// without an event.
     fn first_event(
         &self,
         series: &StepSeries,
@@ -414,7 +415,7 @@ impl Integration<'_> {
                 if !closed {
                     margins.push((indentation, false, StateEnd::Freedom));
                 } else if !crossed && indentation[0].value() < 0.0 {
-                    // After a jump of line or gap the closed contact is beyond its surface.
+                    // After a jump of line or gap the closed contact is not compressed any more.
                     margins.push((indentation, false, StateEnd::Surface));
                 }
             } else if closed {

@@ -39,7 +39,7 @@ fn bernstein(power: &[DoubleDouble]) -> Vec<DoubleDouble> {
         .collect()
 }
 
-/// First zero on [left, left + width], given the Bernstein coefficients there.
+/// First zero on [left, left + width], given the Bernstein coefficients on this interval.
 fn isolate(
     power: &[DoubleDouble],
     coefficients: &[DoubleDouble],

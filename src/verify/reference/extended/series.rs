@@ -38,7 +38,7 @@ pub(super) struct StepSeries {
     states: Vec<Vec<DoubleDouble>>,
     /// Coefficients of δ along every line that a contact uses \[m\].
     pub deflections: Vec<Vec<DoubleDouble>>,
-    /// Coefficients of the error of loaded flanks, for every contact \[m\]; empty if it is zero.
+    /// Coefficients of the error of loaded flanks, for every contact \[m\]; a single 0 without such an error.
     pub gap_errors: Vec<Vec<DoubleDouble>>,
     /// Stiffness \[N/m\] and damping \[N s/m\] of every contact.
     laws: Vec<(Vec<DoubleDouble>, f64)>,
@@ -148,7 +148,7 @@ impl Structure {
         let gap_errors: Vec<_> = (instant.segments.iter())
             .map(|segment| on_step(segment, segment.error.coefficients()))
             .collect();
-        // Use one direction for every line on which a contact is.
+        // Use one direction for every line that a contact has.
         let mut lines: Vec<(usize, usize)> = Vec::new();
         for segment in instant.segments {
             let line = model.line(segment);

@@ -155,7 +155,7 @@ impl Extent {
 
 /// What each picture will draw.
 struct Plans {
-    /// The suffixes, in the order of the pictures.
+    /// The keys of `plans`, in the order of the pictures.
     order: Vec<String>,
     /// The key is the file-name suffix of the slice of the grid that the picture shows.
     plans: BTreeMap<String, Plan>,

@@ -22,7 +22,7 @@ const LEGEND: [f64; 2] = [120.0, 330.0];
 const MOST_ENTRIES: usize = 21;
 /// Largest number of full markers on a curve: more would hide its line.
 const MOST_MARKERS: usize = 60;
-/// Number of full markers on a curve with more points, so that its marker can still be recognised.
+/// Number of full markers on a curve with more than [`MOST_MARKERS`] points, so that readers recognise its marker.
 const FEW_MARKERS: usize = 8;
 /// The parts of a [`Key`] in the order in which a label names them: source, series, value of the second axis,
 /// direction.
@@ -42,7 +42,7 @@ pub(super) struct Labelled<'a> {
 }
 
 impl Labelled<'_> {
-    /// The label of a curve: the words of each part of its key in which curves differ.
+    /// The label of a curve: the words of each part of its key in which curves differ; `computed` if there are none.
     fn label(&self, key: &Key) -> String {
         let parts = WORDED.iter().flat_map(|&part| self.words(part, key));
         let words = parts.collect::<Vec<_>>().join(", ");
@@ -78,8 +78,8 @@ impl Labelled<'_> {
         words
     }
 
-    /// The entries of the legend: one per curve or, if these are too many, one per colour and one per kind of
-    /// dashes.
+    /// The entries of the legend: one per curve. More than [`MOST_ENTRIES`] curves get one entry per colour and one per
+    /// kind of dashes, if these entries are few enough.
     fn entries(&self) -> Vec<Entry> {
         let curves = || self.plan.curves.iter();
         let all = curves().map(|(key, curve)| Entry {

@@ -8,8 +8,8 @@ use crate::report::plot::display::Scale;
 use crate::report::plot::error::PlotError;
 use crate::report::plot::request::PlotRequest;
 
-/// Completes a request from the measured points: with their column if it names no picture, and with their
-/// axis if it names no axis.
+/// Completes a request from the measured points: with their column if the request names no picture or column, and
+/// with their axis if the request names no axis.
 ///
 /// # Errors
 /// The requested columns do not include the column of the measured points.

@@ -55,7 +55,7 @@ pub(super) fn named<'a>(all: &[&'a Results]) -> Vec<Source<'a>> {
         .collect()
 }
 
-/// Draws columns, with one picture per unit.
+/// Draws columns, as [`draw_series`] does.
 ///
 /// # Errors
 /// A column, an axis or an element does not exist, or a requested unit does not fit.
@@ -111,8 +111,8 @@ pub(super) fn draw_deflection_rms(
     }
 }
 
-/// Draws series; `all` has a list per source. One source with two varying axes and one value per point gets
-/// maps, unless the request names an axis. All else gets curves, with one picture per unit.
+/// Draws series; `all` has a list per source. One source with two varying axes and one value per point gets maps, one
+/// per series and slice, unless the request names an axis. All else gets curves, in one picture per unit and slice.
 pub(super) fn draw_series(
     sources: &[Source<'_>],
     mut all: Vec<Vec<Series>>,

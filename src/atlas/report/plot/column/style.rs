@@ -46,7 +46,7 @@ impl Style {
         match self.dashes.checked_sub(1) {
             None => canvas.line(places, self.colour, width),
             Some(kind) => {
-                // A dashed line would continue over places with NaN.
+                // `Canvas::patterned` does not interrupt a line at places with NaN.
                 let nowhere = |place: &Place| place.iter().any(|c| c.is_nan());
                 for part in places.split(nowhere).filter(|part| part.len() > 1) {
                     canvas.patterned(part, PATTERNS[kind % PATTERNS.len()], self.colour, width);

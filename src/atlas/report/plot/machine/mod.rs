@@ -1,5 +1,5 @@
-//! Pictures of the measurements of a machine: the memory mountain, the bandwidth and the speed of integration
-//! over threads, and the roofline.
+//! Pictures of the measurements of a machine: the memory mountain, the bandwidth over threads, the scaling of the
+//! integration, and the roofline.
 
 mod bandwidth;
 mod mountain;
@@ -35,7 +35,7 @@ struct Curve {
     places: Vec<[f64; 2]>,
 }
 
-/// A canvas with the name of the machine, and whether it was quiet.
+/// A canvas with a title. The line below it has the machine, the day, and a note if the machine was not quiet.
 fn titled(title: &str, machine: &Characteristics) -> Canvas {
     let mut parts = vec![machine.host.clone(), machine.description.cpu.clone()];
     parts.push(machine.started.chars().take(10).collect());

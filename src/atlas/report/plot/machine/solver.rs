@@ -14,7 +14,7 @@ use crate::store::{Characteristics, Measurement, SolverKey};
 /// was.
 const MODES: u64 = 40;
 
-/// Width and left ends of the three panels.
+/// Width and left ends of the three panels \[px\].
 const WIDTH: f64 = 170.0;
 const LEFT: [f64; 3] = [76.0, 384.0, 690.0];
 
@@ -72,8 +72,8 @@ pub(super) fn kernel_colour(kernel: &str) -> usize {
     if kernel == "volterra" { 3 } else { 0 }
 }
 
-/// One curve per kernel and per sharing of its tables. `place` gives the place of a row; `None` to leave it
-/// out.
+/// One curve for `volterra`, and one per sharing of the tables of `closed_modes`. `place` gives the place of a row;
+/// `None` to leave it out.
 fn curves(machine: &Characteristics, place: impl Fn(&Row) -> Option<[f64; 2]>) -> Vec<Curve> {
     let mut curves: Vec<Curve> = Vec::new();
     for row in &machine.solver {

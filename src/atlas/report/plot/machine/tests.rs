@@ -16,7 +16,7 @@ fn figure(value: f64) -> Figure {
     }
 }
 
-/// Two nodes, two caches, everything measured once or twice.
+/// A small record of a machine with two nodes and two caches.
 fn machine() -> Characteristics {
     let cache = |level, size| Cache {
         level,

@@ -1,5 +1,5 @@
-//! Stiffness, load centre and loaded transmission error over the mesh phase. One picture has a line per
-//! torque, and another picture has a line per misalignment.
+//! Stiffness, load centre and loaded transmission error over the mesh phase. One picture has lines for several
+//! torques, and another picture has lines for several misalignments.
 
 use super::data::MeshCurves;
 use super::labels::{self, Named};

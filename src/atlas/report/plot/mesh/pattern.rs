@@ -1,5 +1,5 @@
 //! The contact pattern: load over mesh phase and face width. Columns of panels are the smallest and the
-//! largest torque. Rows are the smallest and the largest misalignment.
+//! largest torque. Rows are the misalignments of smallest and largest magnitude.
 
 use super::data::MeshCurves;
 use crate::report::plot::axis::{Axis, range};

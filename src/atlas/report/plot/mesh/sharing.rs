@@ -1,4 +1,4 @@
-//! Load shares of the pairs of teeth over the mesh phase: one panel per torque, one line per pair.
+//! Load shares of the pairs of teeth over the mesh phase: a panel for each of some torques, one line per pair.
 
 use super::data::{Curve, MeshCurves};
 use super::labels::{self, Named};
@@ -67,8 +67,8 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
 
 /// The load share of each pair, by the number of the pair. `slots` are the shares in the order of the table:
 /// the newest pair, the pair before it, and so on. All curves have the same number of samples on each piece
-/// of the cycle. When a new pair comes within reach, every other pair moves to the next slot. The share of a
-/// pair is continuous there, and this identifies the place.
+/// of the cycle. When a new pair comes within reach, every other pair moves to the next slot. The code finds these
+/// mesh phases from the condition that the share of every pair is continuous.
 fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
     let samples = slots[0].len() / pieces;
     let mut passages: BTreeMap<i32, Curve> = BTreeMap::new();

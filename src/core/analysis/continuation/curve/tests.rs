@@ -1,4 +1,4 @@
-//! Bifurcations of codimension two between two orbits, determined from their multipliers and touches alone.
+//! Bifurcations of codimension two between two orbits, and curves of maps with known bifurcations.
 
 use super::*;
 use crate::analysis::continuation::map::{Details, Image, MapError};

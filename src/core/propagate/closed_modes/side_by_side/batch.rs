@@ -296,7 +296,7 @@ impl Lane {
         self.task.events.len() <= self.task.tables.event_limit as usize
     }
 
-    /// Passes the earlier breakpoints of open contacts.
+    /// Passes the breakpoints before `time` \[s\], none of which changes the present system.
     fn pass_earlier_breakpoints(&mut self, time: f64) {
         let breakpoints = self.task.tables.breakpoints_of(self.task.trajectory.cycle);
         while let Some(breakpoint) =

@@ -1,4 +1,4 @@
-//! Is a margin positive up to the end of a cubic near it, or does it fall through zero exactly once?
+//! Does a cubic near a margin prove that the margin stays positive, or that it falls through zero exactly once?
 
 use crate::propagate::vectors::Vector;
 

@@ -1,4 +1,5 @@
-//! Work on several stacks in one thread: while one waits for a cycle in a lane, the others go on.
+//! Work on several stacks in one thread: while one waits for a cycle in a lane, the others go on. The work on one
+//! stack is a member of the group.
 
 use super::batch::{Batch, CycleTask};
 use crate::propagate::InstructionSet;
@@ -54,9 +55,10 @@ enum State {
 /// Number of rounds of the lanes after which paused members are resumed.
 const PATIENCE: u32 = 1000;
 
-/// Does the same work on eight stacks in this thread, each with a [`Seat`]. `pause` waits if all members pause.
+/// Does the same work on up to eight stacks in this thread, each with a [`Seat`]. `pause` is called when every member
+/// pauses or has ended.
 ///
-/// Work that waits for another member without its seat never ends.
+/// Work may wait for another member only by [`Seat::pause`]; any other wait blocks the thread forever.
 ///
 /// Returns whether the system has memory for a stack. Otherwise no work has been done.
 pub fn work_side_by_side(work: &dyn Fn(&Seat<'_>), pause: &dyn Fn()) -> bool {
@@ -117,7 +119,7 @@ fn schedule(mut members: Vec<MemberRef<'_>>, pause: &dyn Fn()) {
     }
 }
 
-/// Begins a cycle in a lane of points of its shape. There is a free one, because each member has at most one cycle.
+/// Begins a cycle in a lane of points of its shape. A lane is free, because each member has at most one cycle.
 fn begin(batches: &mut Vec<Batch>, member: usize, task: Box<CycleTask>) -> State {
     let shape = task.tables.shape;
     let at = batches.iter().position(|batch| batch.shape() == shape);

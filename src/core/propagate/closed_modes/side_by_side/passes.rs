@@ -44,7 +44,7 @@ pub struct LaneNumbers {
     /// Margins and their rates.
     pub margins: [Lanes; MOST_WATCHED],
     pub rates: [Lanes; MOST_WATCHED],
-    /// Lanes in which each contact has just opened or closed.
+    /// Lanes in which each watched contact has just opened or closed.
     pub crossed: [u32; MOST_WATCHED],
     /// Margins and rates at the end of the step, and the bound of the error in between.
     pub ends: [Lanes; MOST_WATCHED],
@@ -125,7 +125,7 @@ struct Moves<V> {
     lanes: u32,
     /// Lanes that move to a root of a margin.
     roots: u32,
-    /// Times \[s\] to which the lanes move, from the start of the step; guesses of roots.
+    /// Times \[s\] to which the lanes move, from the start of the step. For roots, these are estimates.
     time: V,
     /// Largest times \[s\].
     most: V,

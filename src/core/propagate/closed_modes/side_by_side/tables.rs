@@ -131,8 +131,8 @@ pub struct PointTables {
 }
 
 impl PointTables {
-    /// The tables of a kernel's point. `None` if its model is too large for lanes, or if a contact changes
-    /// its line.
+    /// The tables of a kernel's point. `None` if its model has too many modes, contacts, frequencies or sets for
+    /// lanes, or if a contact changes its line.
     pub fn new(kernel: &ClosedModes<'_>) -> Option<Self> {
         let model = kernel.model;
         let lines_of = |starts: &[(usize, usize)]| -> Vec<usize> {
@@ -227,8 +227,8 @@ impl PointTables {
     }
 }
 
-/// The margins of the contacts that may open or close. An open contact is out of reach while a contact on the other side
-/// of its line is closed, or if the drive has no flanks.
+/// The margins of the contacts that may open or close. An open contact is out of reach while a contact on the other
+/// side of its line is closed. A contact with a gap beyond any motion ([`OUT_OF_REACH`]) never closes.
 fn watched(model: &Model, lines: &[usize], active: ActiveSet) -> Vec<Margin> {
     let contacts = &model.contacts;
     let reachable = |contact: usize| {

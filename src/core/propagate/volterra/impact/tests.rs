@@ -121,9 +121,9 @@ impl Oscillator {
         ]
     }
 
-    /// The motion in closed form. With the free part h, periodicity at the stop gives h(0) = h(T), and the law of
-    /// impact gives h'(T) − h'(0) = (1 + r) v. All terms are linear in v, and the amplitude of the forced part is
-    /// known.
+    /// The motion in closed form, with the restitution r and the speed v before the impact. With the free part h,
+    /// periodicity at the stop gives h(0) = h(T), and the law of impact gives h'(T) − h'(0) = (1 + r) v. All terms are
+    /// linear in v, and the amplitude of the forced part is known.
     fn orbit(&self) -> Orbit {
         let (omega, nu, r) = (self.natural, self.turned(), self.restitution);
         let (decay, time) = (self.ratio * omega, self.period());
@@ -195,7 +195,7 @@ fn advance<O: Observer>(
     Ok(trajectory)
 }
 
-/// Unit tangents after some cycles, as columns of the map's derivative.
+/// The derivative of the map over some cycles, one column per unit tangent, and the trajectory after them.
 fn tangents(model: &Model, start: &[f64], cycles: u64) -> (Vec<Vec<f64>>, TrajectoryState) {
     let n = model.modes();
     let mut trajectory = TrajectoryState::new(model, start.to_vec(), 0);
@@ -296,7 +296,7 @@ fn impacts_of_budd_and_dux_are_met() {
     }
 }
 
-/// The multiplier is −1 if `1 + trace + r² e^{−2ζωT} = 0`.
+/// The multiplier is −1 if `1 + trace + r² e^{−2ζωT} = 0`, with the restitution r.
 #[test]
 fn the_orbit_doubles_where_its_closed_form_says() {
     let at = |frequency: f64| Oscillator {
@@ -333,7 +333,7 @@ fn the_orbit_doubles_where_its_closed_form_says() {
     }
 }
 
-/// A ball dropped from 1 m at r = 0.7 under 9.81 m/s² bounces for `√(2h/g) (1 + r) / (1 − r)`.
+/// A ball dropped from a height h with the restitution r bounces for `√(2h/g) (1 + r) / (1 − r)`.
 #[test]
 fn a_bouncing_ball_comes_to_rest_in_time() {
     for (period, restitution) in [(0.37, 0.7), (5.0, 0.7), (0.9, 0.3), (4.0, 0.9)] {
@@ -440,10 +440,10 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     }
 }
 
-/// The driver of an idle gear with rigid flanks and wide backlash oscillates with Γ times the acceleration
-/// that the drag gives the gear. The gear meets one flank once in n periods with the phase `sin φ = πn (1 −
-/// e) / ((1 + e) Γ)`. It doubles its period at `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the
-/// map of a ball on a shaken table, Holmes 1982).
+/// The driver of an idle gear with rigid flanks of restitution e and wide backlash oscillates with Γ times the
+/// acceleration that the drag gives the gear. The gear meets one flank once in n periods at the phase φ of the load,
+/// `sin φ = πn (1 − e) / ((1 + e) Γ)`. It doubles its period at
+/// `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the map of a ball on a shaken table, Holmes 1982).
 #[test]
 fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
     for (restitution, n, published) in [
@@ -604,7 +604,7 @@ fn tangents_are_differences_of_trajectories() {
     assert!(rests > 2, "{rests}");
 }
 
-/// Springs with the stiffness 1/ε, and dampers for the same restitution, converge to the rigid stop like √ε.
+/// Springs with the stiffness k, and dampers for the same restitution, converge to the rigid stop like 1/√k.
 #[test]
 fn stiff_springs_tend_to_the_rigid_stop() {
     let (own, start) = FORCED.on_orbit(0.3);

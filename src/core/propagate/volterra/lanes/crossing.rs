@@ -18,7 +18,7 @@ const ALTERNATING: [f64; LANES] = [1.0, -1.0, 1.0, -1.0, 1.0, -1.0, 1.0, -1.0];
 /// Independent partial sums of a product: they hide the latency of the multiply-add.
 const WAYS: usize = 4;
 
-/// `sums[n % WAYS] += a[n] columns[n]` for the 8 terms n of a group. Their columns end within this group.
+/// `sums[n % WAYS] += a[n] columns[n]` for the 8 terms n of a group. These columns are zero beyond this group.
 #[inline(always)]
 fn add_columns<V: Vector, const GROUP: usize>(
     columns: &Columns<TERMS>,

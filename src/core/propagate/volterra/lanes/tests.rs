@@ -274,7 +274,7 @@ fn part(set: InstructionSet, end: f64, delta: f64) -> Basis {
         delta,
         &mut out,
     );
-    // Without nodes the rest is the same.
+    // Without a rule, `end` and `constant` are the same.
     let mut bare = Basis::ZERO;
     basis(set, None, end, delta, &mut bare);
     assert_eq!((bare.end.0, bare.constant.0), (out.end.0, out.constant.0));
@@ -298,7 +298,7 @@ fn a_part_has_the_window_s_polynomials() {
             for n in 0..TERMS {
                 close(found.end.0[n], p[n], 1.0, set.name());
             }
-            // The rule of the part integrates its polynomials.
+            // The weights of the part integrate the polynomials exactly.
             for n in 0..TERMS {
                 let sum: f64 = (0..TERMS)
                     .map(|j| found.weights[j] * found.values[n].0[j])
@@ -524,7 +524,7 @@ fn factors_solve_a_window_whose_stiffness_varies() {
     let mut small = || -> [Row; TERMS] {
         std::array::from_fn(|_| Row(series(&mut stream).map(|value| 0.02 * value)))
     };
-    // Series and values at nodes are the same here.
+    // The maps are unit matrices: a series equals its values at the nodes.
     let nodal = Nodal {
         response: small(),
         response_rate: small(),

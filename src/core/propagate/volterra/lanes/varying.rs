@@ -99,7 +99,7 @@ fn eliminate<V: Vector, const GROUP: usize>(matrix: &mut [Row; TERMS], out: &mut
 }
 
 /// `y += Σ columns[i] y[i]`, one column after the other, in ascending (`upwards`) or descending order. The columns of
-/// a lane group only affect the groups ahead.
+/// a lane group only affect this group and the groups ahead.
 #[inline(always)]
 fn substitute<V: Vector, const COLUMNS: usize>(
     columns: &[Row; TERMS],

@@ -3,7 +3,7 @@
 //! Displacements are Legendre polynomials of z, so both ends of the face are free. Loads are
 //! waves `c_n cos(n π t)` of the position t = z/b + ½ on a face of width b, with c_0 = 1 and c_n = √2 otherwise.
 //! Each has a mean square of 1 over the face. For a solid symmetric about mid-face the parts even and odd in z
-//! are independent; displacements along the axis have the other parity.
+//! are independent; displacements along the axis have the opposite parity.
 
 use crate::gear::compliance::plate::legendre;
 use crate::numerics::linalg;

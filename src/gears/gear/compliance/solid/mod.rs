@@ -22,13 +22,13 @@ const NEIGHBOURS: usize = 2;
 const MOST_WAVES: usize = 24;
 
 /// Number of waves that resolve the compliance of teeth on a face whose width is `heights` tooth heights.
-/// Half the shortest wavelength is about 0.45 heights. The compliance of teeth to this wave is a twentieth of
-/// that to an even load.
+/// Up to [`MOST_WAVES`], half the shortest wavelength is about 0.45 heights. The compliance of teeth to this
+/// wave is a twentieth of that to a uniform load.
 pub(super) fn waves(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
 
-/// Compliance of a gear: waves of displacement under waves of load along the face on one tooth, by load case.
+/// Compliance of a gear: waves of displacement under waves of load along the face on one tooth, by roll angle.
 pub(super) struct SolidGear {
     /// At the loaded tooth, for each roll angle: waves of displacement by rows.
     pub same_tooth: Vec<Mat<f64>>,
@@ -39,7 +39,7 @@ pub(super) struct SolidGear {
 struct Parity {
     /// Forces of waves of load on a clamped foot, for each roll angle.
     forces: Vec<Mat<f64>>,
-    /// Displacements of feet 1, 2 … teeth ahead.
+    /// Displacements of feet 1, 2 … teeth ahead under tractions on this foot.
     ahead: Vec<Mat<f64>>,
 }
 
@@ -93,9 +93,9 @@ impl SolidGear {
         })
     }
 
-    /// Waves of displacement (rows) of the tooth that is `ahead` ≥ 1 teeth ahead, under waves of load
-    /// (columns) on this tooth. Displacements are positive in the +x direction of the loaded tooth. `far` and
-    /// `near` are the indices of the roll angles of the tooth ahead and of this one.
+    /// Waves of displacement (rows) of the tooth that is `ahead` ≥ 1 teeth ahead (in the +x direction), under
+    /// waves of load (columns) on this tooth. A displacement is along the force on the flank of its tooth. `far`
+    /// and `near` are the indices of the roll angles of the tooth ahead and of this one.
     pub fn coupling(&self, ahead: usize, [far, near]: [usize; 2]) -> Mat<f64> {
         let waves = self.same_tooth[near].nrows();
         let mut out = Mat::zeros(waves, waves);

@@ -1,9 +1,9 @@
 //! The gear body as an elastic ring of the width of the face, with free ends, clamped at its bore.
 //!
 //! For the first harmonics round the gear the displacements are polynomials of radius and of z, by Ritz's method. The
-//! displacements of higher harmonics decay within a short distance from the load, before the bore. A wave along the
-//! face and round the gear is then one of an elastic half space: plane strain along its wave vector and shear across
-//! it. Lengths are in root radii and stresses in Young's moduli.
+//! displacements of higher harmonics decay within a short distance from the load and do not reach the bore. A wave
+//! along the face and round the gear is then one of an elastic half space: plane strain along its wave vector and shear
+//! across this vector. Lengths are in root radii and stresses in Young's moduli.
 
 use super::axial::{FaceIntegrals, add_product, mirror};
 use super::tooth::{FOOT, modes, moduli};
@@ -53,7 +53,7 @@ struct SolidRing<'a> {
     kolosov: f64,
     /// Integrals over the radius of products of the polynomials f, of f/r and of f′.
     radial: Radial,
-    /// Displacements of the outer surface in the waves of each direction, by rows.
+    /// Displacements of the outer surface by each freedom (rows), in the waves of each direction (columns).
     surface: Mat<f64>,
 }
 
@@ -124,7 +124,7 @@ impl<'a> SolidRing<'a> {
 
     /// Compliance matrix of the outer surface for the circumferential harmonic `order`. Each column is the
     /// displacement under a unit traction wave: first the radial ones (cos nθ), then tangential (sin nθ),
-    /// then axial (cos nθ). Each group has one column per wave along the face width.
+    /// then axial (cos nθ). Each group has one column per wave along the face width. `None` if not finite.
     fn harmonic(&self, order: u64) -> Option<Mat<f64>> {
         if order > EXACT {
             return Some(self.half_space(order));

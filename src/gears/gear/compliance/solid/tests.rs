@@ -12,7 +12,7 @@ fn middle(tooth: &Tooth) -> f64 {
     0.5 * (tooth.form_roll + tooth.tip_roll)
 }
 
-/// Under an even load a narrow gear is as compliant as in plane stress, a wide one between that and plane strain.
+/// Under a uniform load a narrow gear is as compliant as in plane stress, a wide one between plane stress and strain.
 #[test]
 fn an_even_load_meets_the_plane_gear() {
     for (teeth, ratio) in [(20, 1.46), (30, 2.5)] {

@@ -23,7 +23,7 @@ const SECTION: Resolution = Resolution {
     harmonics: 0.0,
 };
 
-/// Degrees of the quadrature rules: exact for the products that occur.
+/// Resolution of the quadrature rules, for products of two polynomials of [`SECTION`].
 const INTERIOR: Resolution = Resolution {
     degree_across: 8,
     degree_along: 10,

@@ -46,5 +46,5 @@ pub(in crate::manifest) static MODAL_FILE: Schema = &[modal_file::KEYS];
 /// The keys of a housing file.
 pub(in crate::manifest) static HOUSING_FILE: Schema = &[housing_file::KEYS];
 
-/// Fractions between 0 and 1, without both ends.
+/// Fractions above 0 and below 1.
 const INSIDE_ONE: Bounds = bounds(0.0, true, 1.0, true);

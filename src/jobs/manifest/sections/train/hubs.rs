@@ -4,7 +4,7 @@ use crate::gear::{Hub, ToothForm};
 use crate::manifest::reader::Section;
 use crate::shaft::{Bearing, ShaftSection, TrainGear};
 
-/// Checks that no hub reaches under another gear of its shaft.
+/// Checks that no hub reaches under another gear of its shaft or into the hub of that gear.
 pub(super) fn check_hub_distances(table: &Section, gears: &[(TrainGear, ToothForm)]) -> Option<()> {
     let tables = table.tables("gears")?;
     for (gear_table, (gear, _)) in tables.iter().zip(gears) {
@@ -92,7 +92,7 @@ pub(super) fn hub_is_on_shaft(
     )
 }
 
-/// A fault of a hub, at its diameter if the key is absent.
+/// Reports a fault of a hub, at its diameter if `key` is absent, and returns `None`.
 fn hub_fault(table: &Section, key: &str, what: String, [label, remedy]: [&str; 2]) -> Option<()> {
     let key = if table.has(key) { key } else { "hub_diameter" };
     let fault = table.inconsistent(key, what);

@@ -318,7 +318,7 @@ fn drawn_or_given(
     Some(Stiffness::Drawn(Box::new(spec??), misalignment?))
 }
 
-/// Phase of the mesh of a sun and its first planet, as given in its table.
+/// Phase of the mesh of a sun and its first planet, as given in the table of this mesh; 0 if it is not given.
 fn phase_of_sun(section: &Section, planets: &Planets) -> f64 {
     let none = Issues::default();
     let number = planets.sun.and_then(|(_, number)| number);
@@ -342,7 +342,7 @@ fn phase_of_ring(sun: &GearPair, ring: &InternalPair) -> Option<f64> {
     Some((ring.tooth_phase().ok()? - tooth).rem_euclid(1.0))
 }
 
-/// Sliding of pairs over the mesh cycle. The drawing determines it for gears on parallel axes, if a ring is driven.
+/// Sliding of pairs over the mesh cycle. The drawing determines it for gears on parallel axes, unless a ring drives.
 fn sliding(table: &Section, drawing: &Drawing) -> Option<EvenSharing> {
     let fault = match drawing {
         Drawing::Ring(_, _, false) => {
@@ -431,7 +431,7 @@ mod tests {
     use super::*;
     use crate::gear::ToothForm;
 
-    /// A thinner tooth of the sun touches the planet at the same position, and the planet touches the ring as before.
+    /// The planet touches the sun and the ring at the same positions for every thickness of the sun's teeth.
     #[test]
     fn the_phase_of_a_helical_ring_is_that_of_any_thickness_of_the_sun() {
         let drawn = |teeth, form| GearPair {

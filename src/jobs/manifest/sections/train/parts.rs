@@ -42,13 +42,13 @@ impl Planets {
         Some(GearPlace { shaft, gear: 0 })
     }
 
-    /// Whether their mesh with a sun has the sun as the driving gear.
+    /// Whether the sun is the driving gear of its mesh with these planets; false without a sun.
     pub fn sun_drives(&self) -> bool {
         self.sun
             .is_some_and(|(gears, _)| Some(gears[1]) == self.first())
     }
 
-    /// Whether `other` is the common name of planets, or this name with a number.
+    /// Whether `other` is `name`, the common name of planets, or `name` with a number.
     pub fn has_name(name: &str, other: &str) -> bool {
         let number = other.strip_prefix(name).map(str::trim);
         number.is_some_and(|number| number.is_empty() || number.parse::<u32>().is_ok())
@@ -137,7 +137,7 @@ impl Parts<'_> {
         Some([one?, two?])
     }
 
-    /// Two gears by their names.
+    /// Two gears by their names. `None` for unknown names or gears that cannot mesh, which is reported.
     pub fn gears(&self, section: &Section, key: &str) -> Option<[GearPlace; 2]> {
         let both: [&str; 2] = section.texts(key, Some(2))?.try_into().ok()?;
         let all = || {
@@ -288,8 +288,8 @@ impl Parts<'_> {
             .fail(section.issues)
     }
 
-    /// The drawing of two gears on their axes, and whether the axes are parallel: otherwise the geometry of spur gears
-    /// does not hold.
+    /// The drawing of two gears on their axes, and whether the axes are parallel. Gears on other axes are bevel gears,
+    /// whose mesh is not checked.
     pub fn drawing(
         &self,
         section: &Section,
@@ -337,7 +337,7 @@ impl Parts<'_> {
     }
 }
 
-/// Sets the common face of a pair's gears.
+/// Sets the common face of a pair's gears. Turns the lead of the second gear if the axes have opposite directions.
 fn set_common_face(pair: &mut GearPair, beside: &ParallelPlacement) {
     pair.face_width = beside.width;
     pair.form.overhang = beside.overhang;

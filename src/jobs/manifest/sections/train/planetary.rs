@@ -13,10 +13,10 @@ use crate::shaft::{
 };
 use std::f64::consts::TAU;
 
-/// Largest rounding of a planet's angle, as a fraction of a tooth.
+/// Largest rounding of a planet's angle, as a fraction of the angle between neighbouring possible positions.
 const ROUNDED: f64 = 1e-3;
 
-/// Adds the planets of all sets to the shafts.
+/// Adds the planets of all sets to the shafts, and returns the sets.
 pub(super) fn read(
     section: &Section,
     density: f64,
@@ -245,7 +245,8 @@ impl Parts<'_> {
 }
 
 impl Planets {
-    /// Places the planets between the teeth, at a given distance from the axis \[m\] or at the one without backlash.
+    /// Sets the origins of the planets' shafts, at a given distance from the axis of the carrier \[m\] or at the
+    /// distance without backlash.
     fn place(
         &self,
         section: &Section,
@@ -293,8 +294,8 @@ impl Planets {
             .map_err(|error| error.to_string())
     }
 
-    /// The meshes of the other planets of this set that correspond to a mesh of the first one. So far `train` contains
-    /// only the meshes of the first planet of each set.
+    /// The meshes of the other planets of this set that correspond to `mesh`; empty unless `mesh` is one of the first
+    /// planet. `train` contains only the meshes of the first planet of each set.
     pub fn meshes_of_other_planets(
         &self,
         train: &TrainDrive,
@@ -333,7 +334,8 @@ impl Planets {
     }
 }
 
-/// An angle without its rounding, if it is a possible position between these teeth.
+/// The angle of a planet without its rounding, if a possible position between the teeth of the central gears is near.
+/// Otherwise the angle itself.
 fn exact(central: Option<[u32; 2]>, angle: f64) -> f64 {
     let Some([external, internal]) = central else {
         return angle;

@@ -9,7 +9,7 @@ use crate::manifest::sections::gear;
 use crate::shaft::{Bearing, Disc, Drag, LooseGear, ShaftSection, TrainGear, TrainShaft};
 use std::collections::BTreeSet;
 
-/// Difference between the diameters of a ring's body and its pitch circle, in modules.
+/// Default difference between the diameters of a ring's body and its pitch circle, in modules.
 const RIM: f64 = 8.0;
 
 /// All shafts, and the drawing data of the gears on each.
@@ -206,8 +206,8 @@ pub(super) fn planet(table: &Section, density: f64) -> Option<(TrainGear, ToothF
     Some((gear, drawn))
 }
 
-/// Teeth and body of a gear around a bore \[m\]. For internal teeth, `rim` is the outer size of the body. `has_hub`
-/// means that a hub between bore and body is part of the shaft.
+/// Teeth and body of a gear around a bore \[m\]. `rim` is `None` for external teeth, otherwise the outer diameter of
+/// the body \[m\] if it is given. `has_hub` means that the gear may have a hub, which becomes part of the shaft.
 fn toothed(
     table: &Section,
     density: f64,
