@@ -5,4 +5,4 @@ pub mod verify;
 
 use gearatlas_core::{analysis, model, numerics, propagate, structure};
 use gearatlas_gears::{gear, shaft};
-use gearatlas_jobs::{manifest, store};
+use gearatlas_jobs::{fmu, manifest, store, sweep};

@@ -24,8 +24,8 @@ const EVENT_LIMIT: u32 = 10_000;
 pub struct Candidate {
     /// Its name in the report.
     pub name: String,
-    /// Whether it follows stiffness that varies within a segment.
-    follows_variation: bool,
+    /// Whether it follows stiffness that varies within a segment, and rigid stops.
+    follows_all: bool,
     /// Allowed round-off, relative to that of the kernel `volterra`.
     pub round_off: f64,
     /// Divisor of the number of cycles in long checks.
@@ -51,21 +51,22 @@ impl Candidate {
     ) -> Self {
         Self {
             name: name.into(),
-            follows_variation: true,
+            follows_all: true,
             round_off: 1.0,
             one_of: 1,
             prepare: Box::new(move |model| Ok(prepare(model))),
         }
     }
 
-    /// A kernel whose tables `prepare` builds for a model. It does not support stiffness that varies within a segment.
+    /// A kernel whose tables `prepare` builds for a model. It does not support stiffness that varies within a segment, or
+    /// rigid stops.
     pub fn of_tables(
         name: impl Into<String>,
         prepare: impl for<'m> Fn(&'m Model) -> Prepared<'m> + Send + Sync + 'static,
     ) -> Self {
         Self {
             name: name.into(),
-            follows_variation: false,
+            follows_all: false,
             round_off: TABLE_ROUND_OFF,
             one_of: ONE_OF_TABLE_CYCLES,
             prepare: Box::new(prepare),
@@ -75,7 +76,7 @@ impl Candidate {
     /// Whether the kernel supports a model.
     pub fn supports(&self, model: &Model) -> bool {
         let constant = || (model.first_cycle().segments.iter()).all(|s| s.stiffness.is_constant());
-        self.follows_variation || constant()
+        self.follows_all || (constant() && model.stops.is_empty())
     }
 
     /// The kernel of a model.

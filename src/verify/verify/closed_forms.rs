@@ -255,19 +255,11 @@ pub fn bouncing(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
 /// after all steps: drawing, assembly, modes, kernel.
 pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     let shafts = drives::shafts()?;
-    let density = shafts.density;
-    let rod = |outer: f64, inner: f64, length: f64| {
-        PI * density * length * (outer.powi(4) - inner.powi(4)) / 32.0
-    };
-    let mut inverse_mass = 0.0;
-    for index in [0, 1] {
-        let shaft = &shafts.shafts[index];
-        let pitch = 2.0 * shafts.gears.pitch_radii()[index];
-        let inertia = shaft.end_inertia
-            + rod(shaft.diameter, 0.0, shaft.span + shaft.overhang)
-            + rod(pitch, shaft.diameter, shafts.gears.body_length[index]);
-        inverse_mass += shafts.gears.base_radii()[index].powi(2) / inertia;
-    }
+    let radii = shafts.gears.base_radii().into_iter();
+    let parts = radii
+        .zip(drives::inertias(&shafts))
+        .map(|(radius, inertia)| radius * radius / inertia);
+    let inverse_mass: f64 = parts.sum();
     let stiffness = 4e8;
     let exact = (stiffness * inverse_mass).sqrt();
     let pair = RigidDrive {
@@ -275,7 +267,7 @@ pub fn rigid_pair(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
         gears: shafts.gears,
         shafts: shafts.shafts,
         pedestals: None,
-        density,
+        density: shafts.density,
         damping: 0.0,
         damping_overrides: Vec::new(),
         gyroscopic: false,

@@ -4,7 +4,9 @@
 use super::CheckError;
 use super::candidate::Propagator;
 use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
-use crate::manifest::{self, DampingSpec, FrictionSpec, Job, StiffnessSpec, StructureSource};
+use crate::manifest::{
+    self, DampingSpec, FrictionSpec, Job, ManifestText, StiffnessSpec, StructureSource,
+};
 use crate::model::{
     Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
     TrajectoryState,
@@ -12,6 +14,7 @@ use crate::model::{
 use crate::propagate::Stepping;
 use crate::shaft::FlexibleDrive;
 use crate::structure::ModalStructure;
+use std::f64::consts::PI;
 use std::path::Path;
 
 const DEFAULT_DRIVE: &str = include_str!("../../../manifests/flex80.toml");
@@ -136,7 +139,7 @@ pub fn grid() -> Result<Vec<Case>, CheckError> {
         case.drive.half_gap = point.mesh.half_gap;
         case
     };
-    Ok(job()?.points.iter().map(case).collect())
+    Ok(job(&[])?.points.iter().map(case).collect())
 }
 
 /// A mesh without excitation. Its levels of stiffness \[N/m\] end at the given phases, the last one at 1. Without
@@ -225,12 +228,32 @@ fn six_modes() -> Case {
     }
 }
 
-fn job() -> Result<Job, CheckError> {
-    Ok(manifest::parse(
-        DEFAULT_DRIVE,
-        "manifests/flex80.toml",
-        Path::new(""),
-    )?)
+/// The manifest of the default drive with some changed keys.
+///
+/// # Errors
+/// The built-in manifest is not as expected.
+pub(super) fn job(changes: &[&str]) -> Result<Job, CheckError> {
+    let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
+    let manifest = ManifestText {
+        text: DEFAULT_DRIVE,
+        changes: &changes,
+    };
+    Ok(manifest.job("manifests/flex80.toml", Path::new(""))?)
+}
+
+/// Moments of inertia of both shafts with their gears about the axes of rotation \[kg m²\]: solid rods, and the drawn
+/// inertias at the ends.
+pub(super) fn inertias(drive: &FlexibleDrive) -> [f64; 2] {
+    let rod = |outer: f64, inner: f64, length: f64| {
+        PI * drive.density * length * (outer.powi(4) - inner.powi(4)) / 32.0
+    };
+    [0, 1].map(|index| {
+        let shaft = &drive.shafts[index];
+        let pitch = 2.0 * drive.gears.pitch_radii()[index];
+        shaft.end_inertia
+            + rod(shaft.diameter, 0.0, shaft.span + shaft.overhang)
+            + rod(pitch, shaft.diameter, drive.gears.body_length[index])
+    })
 }
 
 /// Shafts, bearings and gears of the default drive.
@@ -238,7 +261,7 @@ fn job() -> Result<Job, CheckError> {
 /// # Errors
 /// The built-in manifest is not as expected.
 pub fn shafts() -> Result<FlexibleDrive, CheckError> {
-    let job = job()?;
+    let job = job(&[])?;
     match job.points.first().map(|point| point.model.source) {
         Some(StructureSource::Flexible(drive)) => Ok((*drive).clone()),
         _ => Err(CheckError::Missing {
@@ -249,7 +272,7 @@ pub fn shafts() -> Result<FlexibleDrive, CheckError> {
 
 /// The default drive with its forty modes in strong rattle, a half gap of 9 µm.
 fn default_drive() -> Result<Case, CheckError> {
-    let job = job()?;
+    let job = job(&[])?;
     let point = job.points.first().ok_or(CheckError::Missing {
         what: "an operating point of the default drive",
     })?;

@@ -11,7 +11,7 @@ use crate::reference::{Extended, ExtendedPassage, Reference};
 
 /// A trajectory in extended precision, cycle by cycle. Each cycle starts from the end of the previous one, rounded to
 /// doubles.
-struct ExactTrajectory {
+pub(super) struct ExactTrajectory {
     model: Model,
     norm: EnergyNorm,
     cycles: Vec<(TrajectoryState, ExtendedPassage)>,
@@ -29,11 +29,19 @@ struct KernelErrors {
 }
 
 impl ExactTrajectory {
-    fn new(case: &Case, cycles: u64) -> Result<Self, CheckError> {
+    fn of_case(case: &Case, cycles: u64) -> Result<Self, CheckError> {
         let model = case.model()?;
+        let start = drives::rattling(&model)?;
+        Self::new(model, start, cycles)
+    }
+
+    pub(super) fn new(
+        model: Model,
+        mut start: TrajectoryState,
+        cycles: u64,
+    ) -> Result<Self, CheckError> {
         let mut passages = Vec::new();
         let extended = Extended::new(&model);
-        let mut start = drives::rattling(&model)?;
         for _ in 0..cycles {
             let passage = extended.advance(&start, 1)?;
             let end = passage.end();
@@ -98,40 +106,62 @@ const EXTENDED: &str = "integrator of 30 digits";
 /// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
 
-/// Exact trajectories, in groups. Each group has a name for the report.
-fn truths(subjects: &Subjects) -> Result<Vec<(String, Vec<ExactTrajectory>)>, CheckError> {
+/// Exact trajectories, with a name for the report.
+pub(super) struct Truths {
+    pub name: String,
+    pub trajectories: Vec<ExactTrajectory>,
+}
+
+/// Exact trajectories of the drives.
+fn truths(subjects: &Subjects) -> Result<Vec<Truths>, CheckError> {
     let cycles = subjects.extent.pick(24, 240);
     let mut all = Vec::new();
     for case in &subjects.cases {
-        all.push((case.name.clone(), vec![ExactTrajectory::new(case, cycles)?]));
+        all.push(Truths {
+            name: case.name.clone(),
+            trajectories: vec![ExactTrajectory::of_case(case, cycles)?],
+        });
     }
     if !subjects.grid.is_empty() {
         let cycles = subjects.extent.pick(2, 200);
         let truths = subjects
             .grid
             .iter()
-            .map(|case| ExactTrajectory::new(case, cycles));
+            .map(|case| ExactTrajectory::of_case(case, cycles));
         let name = format!("flex80, {} points", subjects.grid.len());
-        all.push((name, truths.collect::<Result<_, _>>()?));
+        let trajectories = truths.collect::<Result<_, _>>()?;
+        all.push(Truths { name, trajectories });
     }
     Ok(all)
 }
 
 /// Compares single mesh cycles of rattle: state, event times, sequence of events.
 pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
-    let truths = truths(subjects)?;
+    compare(subjects, &truths(subjects)?, 1e-13)
+}
+
+/// Compares all kernels with exact trajectories. `bound` is the largest error of a state \[half gaps\], before the
+/// allowed round-off of each kernel.
+pub(super) fn compare(
+    subjects: &Subjects,
+    truths: &[Truths],
+    bound: f64,
+) -> Result<Vec<Line>, CheckError> {
     let mut lines = Vec::new();
     for kernel in &subjects.kernels {
         let mut all = KernelErrors::default();
         let (mut events, mut integrated) = (0, 0);
-        for (name, truths) in &truths {
+        for Truths { name, trajectories } in truths {
             let what = format!("{}: state after a cycle, {name}", kernel.name);
-            if !truths.iter().all(|truth| kernel.supports(&truth.model)) {
+            if !trajectories
+                .iter()
+                .all(|truth| kernel.supports(&truth.model))
+            {
                 lines.push(Line::skipped(what, VARYING));
                 continue;
             }
             let mut worst = 0.0f64;
-            for truth in truths {
+            for truth in trajectories {
                 let one = truth.departure(kernel)?;
                 events += truth.events();
                 integrated += truth.cycles.len();
@@ -143,7 +173,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
                 what,
                 EXTENDED,
                 worst,
-                1e-13 * kernel.round_off,
+                bound * kernel.round_off,
                 "half gaps",
             ));
         }
@@ -165,8 +195,8 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
         ));
     }
     let mut worst = 0.0f64;
-    for (_, truths) in &truths {
-        if let Some(truth) = truths.first() {
+    for Truths { trajectories, .. } in truths {
+        if let Some(truth) = trajectories.first() {
             worst = worse(worst, truth.departure_of_reference(4)?);
         }
     }
@@ -174,7 +204,7 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
         "the reference integrator: state after a cycle",
         EXTENDED,
         worst,
-        1e-13,
+        bound,
         "half gaps",
     ));
     Ok(lines)

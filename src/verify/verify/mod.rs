@@ -16,6 +16,7 @@ pub mod drives;
 mod exponents;
 mod flank;
 mod gears;
+mod impacts;
 mod kernels;
 mod reduction;
 mod report;
@@ -23,7 +24,9 @@ mod small_steps;
 mod structure;
 mod subjects;
 mod text;
+mod trains;
 mod trouble;
+mod varying_speed;
 
 pub use closed_forms::constant_contact_exponents;
 pub use report::{Bound, Finding, Group, Line, Report};
@@ -47,6 +50,7 @@ pub const CHECKS: &[Check] = &[
     check("multipliers", Group::ClosedForms, closed_forms::multipliers),
     check("grazing", Group::ClosedForms, closed_forms::grazing),
     check("bouncing", Group::ClosedForms, closed_forms::bouncing),
+    check("impacts", Group::ClosedForms, impacts::impacts),
     check("rigid-pair", Group::ClosedForms, closed_forms::rigid_pair),
     check("shafts", Group::Structure, structure::shafts),
     check(
@@ -54,12 +58,20 @@ pub const CHECKS: &[Check] = &[
         Group::Structure,
         structure::geared_torsion,
     ),
+    check("planetary", Group::Structure, trains::planetary),
     check("assembly", Group::Structure, structure::assembly),
     check("geometry", Group::Gears, gears::geometry),
     check("wedge", Group::Gears, gears::wedge),
     check("mesh-table", Group::Gears, gears::mesh_table),
     check("cycle", Group::Kernels, kernels::cycle),
     check("contact", Group::Kernels, kernels::constant_contact),
+    check("trains", Group::Kernels, trains::trains),
+    check("run-up", Group::Kernels, varying_speed::run_up),
+    check(
+        "fmu",
+        Group::Kernels,
+        varying_speed::functional_mock_up_unit,
+    ),
     check("stepping", Group::Kernels, small_steps::order),
     check("energy", Group::Balances, balances::energy),
     check("neutral", Group::Balances, balances::neutral),

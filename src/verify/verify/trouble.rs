@@ -1,14 +1,17 @@
 //! Why could a check not run?
 
 use crate::analysis::{Interrupted, SliceError};
+use crate::fmu::FmuError;
 use crate::gear::{GearError, MeshTableError, SharingError};
 use crate::manifest::ManifestErrors;
 use crate::model::ModelError;
+use crate::propagate::varying_speed::VaryingSpeedError;
 use crate::propagate::{Stop, TableError};
 use crate::reference::ReferenceError;
 use crate::shaft::ShaftError;
 use crate::store::MeshFetchError;
 use crate::structure::ModeCount;
+use crate::sweep::build::BuildError;
 use std::error::Error;
 
 /// Why a check could not run.
@@ -50,6 +53,15 @@ pub enum CheckError {
     /// The built-in drive cannot be read.
     #[error("the manifest of the built-in drive has errors: {0}")]
     Manifest(#[from] ManifestErrors),
+    /// The model of a manifest cannot be built.
+    #[error(transparent)]
+    Build(#[from] Box<BuildError>),
+    /// A drive cannot run at a varying speed.
+    #[error(transparent)]
+    VaryingSpeed(#[from] VaryingSpeedError),
+    /// A drive cannot be an FMU.
+    #[error(transparent)]
+    Fmu(#[from] Box<FmuError>),
     /// The requested slice of initial states does not exist.
     #[error(transparent)]
     Slice(#[from] SliceError),
