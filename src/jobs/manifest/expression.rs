@@ -114,7 +114,7 @@ fn marked(text: &str) -> Result<String, String> {
                 length
             }
             // The parser applies a sign before a power; here the power comes first.
-            '+' | '-' if out.trim_end().is_empty() || out.trim_end().ends_with('(') => {
+            '+' | '-' if out.trim_end().is_empty() || out.trim_end().ends_with(['(', ',']) => {
                 out += if first == '-' { "0-" } else { "0+" };
                 1
             }
@@ -131,7 +131,7 @@ fn marked(text: &str) -> Result<String, String> {
                         let remedy = "(a^b)^c or a^(b^c)";
                         return Err(format!("a power of a power needs parentheses: {remedy}"));
                     }
-                    _ if OPERATORS.contains(&other) => {
+                    _ if other == ',' || OPERATORS.contains(&other) => {
                         has_power
                             .last_mut()
                             .into_iter()
@@ -211,6 +211,8 @@ mod tests {
             ("2 ^ (-1)", 0.5),
             ("(2^3)^2 + 2^(1^2) * 3^2", 82.0),
             ("sqrt(speed + 1)", 2.0),
+            ("max(-1, -load^2)", -0.0625),
+            ("max(speed^2, load^2)", 9.0),
             ("sin(pi / 2) * harmonic_load.shaker.force[1]", 7.0),
             ("stiffness_matrix[1,2] / 2", 5.5),
             ("2 * 'contact.end stop.gap'", 1e-5),
