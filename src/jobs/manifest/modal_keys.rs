@@ -212,9 +212,9 @@ pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), Missing
     let mut place: Vec<&str> = vec![ROOT];
     place.extend(path.iter().map(String::as_str));
     let mirrored = match (&place[1..], &node.value) {
-        ([SKEW, row, column], Value::Sample(value, dimension)) if row != column => {
-            let value = Value::Sample(-value, *dimension);
-            Some(([ROOT, SKEW, column, row], Node { value, ..node }))
+        ([SKEW, row, column], value) if row != column => {
+            let value = opposite(value);
+            value.map(|value| ([ROOT, SKEW, column, row], Node { value, ..node }))
         }
         _ => None,
     };
@@ -231,6 +231,20 @@ pub(super) fn put(tree: &mut Node, name: &str, node: Node) -> Result<(), Missing
     })
 }
 
+/// The opposite of a number or of a quantity; `None` for other values.
+fn opposite(value: &Value) -> Option<Value> {
+    match value {
+        Value::Sample(value, dimension) => Some(Value::Sample(-value, *dimension)),
+        Value::Float(value) => Some(Value::Float(-value)),
+        Value::Integer(value) => Some(Value::Integer(-value)),
+        Value::Text(text) => Some(Value::Text(match text.trim().strip_prefix('-') {
+            Some(size) => size.to_owned(),
+            None => format!("-{}", text.trim().trim_start_matches('+')),
+        })),
+        _ => None,
+    }
+}
+
 /// A text `KEY=VALUE`, with the key in quotes if it is the name of a number: bare keys may not contain brackets.
 pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
     match change.split_once('=') {
@@ -243,7 +257,14 @@ pub(super) fn in_quotes(change: &str) -> Cow<'_, str> {
 
 /// Removes the entry `name` of the modal file, such as `contact.stop.gap`. Returns whether it existed.
 pub(super) fn take_out(tree: &mut Node, name: &str) -> bool {
-    let Some(Ok(path)) = tree.entry(ROOT).map(|file| path(&file.node, name)) else {
+    let Some(file) = tree.entry(ROOT) else {
+        return false;
+    };
+    // The faults of a file that is no table are reported already.
+    if !matches!(file.node.value, Value::Table(_)) {
+        return true;
+    }
+    let Ok(path) = path(&file.node, name) else {
         return false;
     };
     let mut place = vec![ROOT];
@@ -279,9 +300,12 @@ mod tests {
     }
 
     fn changed(name: &str, value: f64) -> Result<Node, MissingElement> {
+        changed_to(name, Value::Sample(value, Dimension::Ratio))
+    }
+
+    fn changed_to(name: &str, value: Value) -> Result<Node, MissingElement> {
         let mut tree = tree_of("");
         attach(&mut tree, tree_of(FILE));
-        let value = Value::Sample(value, Dimension::Ratio);
         let node = Node {
             span: tree.span,
             value,
@@ -313,6 +337,16 @@ mod tests {
         let skew = changed("gyroscopic_matrix[1,2]", 0.5).unwrap();
         assert_eq!(number(&skew, "gyroscopic_matrix.0.1"), 0.5);
         assert_eq!(number(&skew, "gyroscopic_matrix.1.0"), -0.5);
+        let skew = changed_to("gyroscopic_matrix[2,1]", Value::Float(0.25)).unwrap();
+        assert_eq!(number(&skew, "gyroscopic_matrix.0.1"), -0.25);
+        for (given, mirrored) in [("0.5 N*s/m", "-0.5 N*s/m"), ("-0.5 N*s/m", "0.5 N*s/m")] {
+            let skew = changed_to("gyroscopic_matrix[1,2]", Value::Text(given.to_owned())).unwrap();
+            let value = skew.at("gyroscopic_matrix.1.0").map(|node| &node.value);
+            assert!(
+                matches!(value, Some(Value::Text(text)) if text == mirrored),
+                "{value:?}"
+            );
+        }
     }
 
     #[test]
