@@ -92,7 +92,9 @@ fn read(root: &Section) -> Option<Housing> {
         Some(Vec::new())
     };
     let tables = root.tables("point")?;
-    let points: Vec<_> = (tables.iter()).map(|table| point(table, &names)).collect();
+    let of_nodes = names.len() - housing.internal.len();
+    let points = tables.iter().map(|table| point(table, &names, of_nodes));
+    let points: Vec<_> = points.collect();
     housing.points = points.into_iter().collect::<Option<_>>()?;
     (housing.mass, housing.stiffness, housing.damping) = (mass?, stiffness?, damping?);
     if let Some(name) = twice(housing.points.iter().map(|point| &point.name).collect()) {
@@ -160,7 +162,8 @@ fn matrix(root: &Section, name: &str, size: usize) -> Option<Vec<f64>> {
     None
 }
 
-fn point(table: &Section, names: &[String]) -> Option<HousingPoint> {
+/// A point of the housing. The first `of_nodes` of the names are those of the nodes' freedoms.
+fn point(table: &Section, names: &[String], of_nodes: usize) -> Option<HousingPoint> {
     let name = table.text("name")?.to_owned();
     if table.has("row") {
         table.given_twice(&["freedom"], "row", "describe the point");
@@ -174,7 +177,7 @@ fn point(table: &Section, names: &[String]) -> Option<HousingPoint> {
             .iter()
             .any(|end| known_freedom.ends_with(end))
     };
-    let Some(place) = (known.iter())
+    let Some(place) = (known[..of_nodes].iter())
         .position(|known_freedom| *known_freedom == freedom && displaces(known_freedom))
     else {
         let near = schema::nearest(freedom, &known);
