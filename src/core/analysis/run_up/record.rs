@@ -44,6 +44,7 @@ pub fn record(
         look: Instant::new(kernel),
         rate: config.sample_rate,
         instants: vec![Vec::new(); signals.len()],
+        instants_taken: 0,
         phases: Phases {
             per_cycle: PER_CYCLE,
             first: motion.cycle * PER_CYCLE + (motion.phase * PER_CYCLE as f64).ceil() as u64,
@@ -108,6 +109,8 @@ struct Recorder<'a> {
     look: Instant,
     rate: f64,
     instants: Vec<Vec<f64>>,
+    /// Number of instants whose samples were taken. There may be no signal.
+    instants_taken: usize,
     phases: Phases,
     events: Vec<MovingEvent>,
 }
@@ -124,15 +127,11 @@ impl MotionObserver for Recorder<'_> {
             cycles + (place % self.phases.per_cycle) as f64 / per_cycle - window.phase
         };
         let passed = value(&window.cycles, window.part);
-        let taken = [
-            self.instants.first().map_or(0, Vec::len),
-            self.phases.times.len(),
-        ];
-        let instants = (taken[0]..)
+        let instants = (self.instants_taken..)
             .map(next_instant)
             .take_while(|place| *place <= 1.0 + ROUNDING)
             .map(|place| place.clamp(0.0, 1.0) * window.part);
-        let phases = (taken[1]..)
+        let phases = (self.phases.times.len()..)
             .map(next_phase)
             .take_while(|moment| *moment < passed)
             .map(|moment| place_of(&window.cycles, moment.max(0.0)).min(window.part));
@@ -140,6 +139,7 @@ impl MotionObserver for Recorder<'_> {
         if instants.is_empty() && phases.is_empty() {
             return;
         }
+        self.instants_taken += instants.len();
         for (places, targets) in [
             (&instants, &mut self.instants),
             (&phases, &mut self.phases.values),
