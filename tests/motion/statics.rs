@@ -8,7 +8,7 @@ use common::constant_mesh;
 use gearatlas::analysis::Frequencies;
 use gearatlas::manifest;
 use gearatlas::model::{Drive, InitialState, Model, ModelError, NoStaticState, OperatingPoint};
-use gearatlas::structure::{ContactLaw, ModalStructure, StructureContact};
+use gearatlas::structure::{ContactLaw, Coupling, ModalStructure, StructureContact};
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -441,4 +441,23 @@ fn a_power_split_is_even_at_every_load() {
             assert!((found / first - exact).abs() < 1e-9, "{load}: {forces:?}");
         }
     }
+}
+
+/// A rotation with drag that does not move the mesh. Its drag has no static displacement.
+#[test]
+fn a_rotation_with_drag_beside_the_mesh_leaves_the_equilibrium_finite() {
+    let mut structure = ModalStructure::of_modes(&[0.0, 900.0], 0.01, &[0.0, 0.5], &[0.1, 0.5]);
+    structure.friction = vec![0.3, 0.0];
+    structure.coupling = Some(Coupling {
+        damping: vec![1.0, 0.0, 0.0, 0.0],
+        gyroscopic: vec![0.0; 4],
+        stiffness: vec![0.0; 4],
+    });
+    let drive = Drive {
+        friction: 0.1,
+        ..constant_mesh(1e-5, 1e8)
+    };
+    let model = Model::new(&structure, &drive, POINT).unwrap();
+    let state = model.start(&InitialState::Static).state;
+    assert!(state.iter().all(|x| x.is_finite()), "{state:?}");
 }

@@ -266,8 +266,11 @@ impl Model {
         let [b, opening] = contact.gap(segment, 0.0);
         let side = contact.side;
         let (error, error_rate) = self.lines[self.line(segment)].transmission_error_at(0, 0.0);
-        let rigid = self.relative_rotation();
         let [w, g] = self.participations(segment.direction);
+        // A rigid rotation with drag may not move this contact.
+        let rigid = self
+            .relative_rotation()
+            .filter(|&r| w[r] != 0.0 && g[r] != 0.0);
         let load = self.load_on_modes();
         let along = |first: f64, x: &[f64]| w.iter().zip(x).fold(first, |sum, (w, x)| sum + w * x);
         // Deflection of the elastic modes: δ = free − flexibility F.
