@@ -68,7 +68,8 @@ impl EvenSharing {
         let mut middle = phase + (-phase - half).ceil();
         while middle - half < self.contact_ratio {
             let from = (middle - half).max(0.0);
-            let to = (middle + half).min(self.contact_ratio);
+            // Rounding may end a line just before the path begins.
+            let to = (middle + half).min(self.contact_ratio).max(from);
             // The mean position on each side of the pitch point is in the middle.
             let pitch = self.pitch_phase.clamp(from, to);
             if half == 0.0 {

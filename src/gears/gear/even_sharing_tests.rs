@@ -208,3 +208,15 @@ fn pairs_that_come_too_late_are_refused() {
         Err(GearError::ContactRatio { contact_ratio }) if contact_ratio < 1.0
     ));
 }
+
+/// A line of contact that ends just before the path begins, by rounding, has no part in it.
+#[test]
+fn a_line_may_end_where_the_path_begins() {
+    let spur = EvenSharing::new(&drawn([20, 30], [0.0; 2], 0.0)).unwrap();
+    let helical = EvenSharing {
+        overlap_ratio: 0.6,
+        ..spur
+    };
+    let [at, near] = [0.7, 0.7 + 1e-9].map(|phase| helical.at(phase));
+    assert!((at.direction - near.direction).abs() < 1e-6);
+}
