@@ -36,7 +36,8 @@ pub struct PlotArgs {
     /// [default: all kinds possible with the data].
     #[arg(long, value_parser = Names, value_name = "KIND|COLUMN,...", hide_possible_values = true)]
     pub what: Vec<Vec<PictureRequest>>,
-    /// Draw curves over this axis instead of maps [default: the axis with most values].
+    /// Draw curves over this axis instead of maps [default: the axis of a sweep,
+    /// else the axis with most values].
     #[arg(long, value_name = "AXIS")]
     pub over: Option<String>,
     /// Draw one curve per value of this axis.

@@ -129,7 +129,10 @@ impl Results {
     pub fn along(&self, what: PictureKind, name: Option<&str>) -> Result<usize, PlotError> {
         let varied = self.varied();
         let axis = |index: &usize| &self.summary.axes[*index];
-        match name.or(self.summary.carried_along.as_deref()) {
+        let swept = self.summary.carried_along.as_deref();
+        // A sweep that has only begun has one value of its axis.
+        let swept = swept.filter(|swept| varied.iter().any(|index| axis(index).name == *swept));
+        match name.or(swept) {
             Some(name) => varied
                 .iter()
                 .copied()
