@@ -85,7 +85,7 @@ impl Point {
         value.ok_or_else(|| refused(py, &format!("`{key}` has no value in the manifest")))
     }
 
-    /// The SI unit of such a key.
+    /// The SI unit of a key on which the drive depends continuously.
     fn unit(&self, py: Python<'_>, key: &str) -> PyResult<&'static str> {
         Ok(self.parameter(py, key)?.unit())
     }

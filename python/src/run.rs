@@ -40,7 +40,7 @@ impl ProgressObserver for News<'_> {
 }
 
 /// Computes the missing results of a manifest in a folder, and returns the record of the run as JSON. Calls `progress`
-/// with the numbers of a sweep's progress after every change.
+/// with the latest numbers of a sweep's progress about every 20 ms, and at the end.
 #[expect(clippy::too_many_arguments, reason = "keyword arguments of Python")]
 #[pyfunction]
 #[pyo3(signature = (manifest, folder, *, threads, overwrite, tables, max_failures, progress))]

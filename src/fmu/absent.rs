@@ -14,7 +14,7 @@ macro_rules! of_no_variable {
             fn $name(instance: Handle, _references: Opaque, variables: usize, $($argument: $type),*) -> c_int {
                 instance.call(|_| match variables {
                     0 => Ok(()),
-                    _ => Err(Refusal::error(concat!(stringify!($name), ": no variable is of this type"))),
+                    _ => Err(Refusal::error(concat!(stringify!($name), ": no variable of the drive allows this"))),
                 })
             }
         )* }

@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 /// Length of the shortest series whose [`frequency`] is computed.
 pub const FEWEST_VALUES: usize = 64;
 
-/// Largest number of steps in the refinement of a frequency. Newton's method takes about five.
+/// Largest number of steps in the refinement of a frequency. Newton's method takes a few.
 const MOST_STEPS: usize = 60;
 
 /// Weights of a record of `length` values; their sum is 1.
@@ -96,7 +96,7 @@ fn refine(weighted: &[f64], start: f64, step: f64) -> f64 {
         } else {
             high = at;
         }
-        let newton = at - slope / curvature;
+        let newton = at - slope / (TAU * curvature);
         let next = if curvature < 0.0 && low < newton && newton < high {
             newton
         } else {

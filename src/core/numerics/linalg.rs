@@ -56,12 +56,12 @@ pub fn solve_upper(lower: &Mat<f64>, b: &mut Mat<f64>) {
 /// errors of a thousandth. To prevent this, the matrix is scaled to entries of about one, by a power of two
 /// to avoid rounding.
 pub fn symmetric_eigen(matrix: &Mat<f64>) -> Option<(Vec<f64>, Mat<f64>)> {
-    if portable() {
-        return plain::symmetric_eigen(matrix);
-    }
     let largest = matrix.norm_max();
     if !largest.is_finite() {
         return None;
+    }
+    if portable() {
+        return plain::symmetric_eigen(matrix);
     }
     let unit = if largest > 0.0 { largest.log2().ceil().exp2() } else { 1.0 };
     let solution = (matrix * faer::Scale(1.0 / unit))

@@ -277,7 +277,7 @@ pub fn branches_table(axes: &[AxisColumn]) -> Table<BranchRow> {
     }));
     all.extend(columns![row: BranchRow;
         f64 "length", "1", row.length, "Length of the branch up to this orbit, where the interval of the \
-                                        axis counts 1 and ten half gaps count 1";
+                                        axis counts 1 and a change by ten times the orbit's size counts 1";
     ]);
     all.extend(orbit_columns(|row: &BranchRow| Some(&row.orbit)));
     Table::new(all)

@@ -160,6 +160,8 @@ impl Journal {
                 Ok(self)
             }
             Err(error) => {
+                // No point is lost, even if the start was written but is not durable.
+                self.end = 0;
                 self.abandon();
                 Err(error)
             }

@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-14;
 const TAIL: f64 = 4.0 * f64::EPSILON;
 
 /// Largest number of times that a window is halved because its series do not converge.
-const HALVINGS: u32 = 8;
+const HALVINGS: u32 = 40;
 
 /// Scratch memory of the kernel.
 #[derive(Debug, Clone)]
