@@ -207,14 +207,14 @@ fn comparison_text(a: &Characteristics, b: &Characteristics, comparison: &Compar
         "all",
         comparison.pairs.len()
     ));
-    let mut level_change: Vec<&Pair> = (comparison.pairs.iter())
+    let mut disagreeing: Vec<&Pair> = (comparison.pairs.iter())
         .filter(|pair| pair.agrees == Some(false))
         .collect();
-    level_change.sort_by(|p, q| q.ratio.ln().abs().total_cmp(&p.ratio.ln().abs()));
-    if !level_change.is_empty() {
+    disagreeing.sort_by(|p, q| q.ratio.ln().abs().total_cmp(&p.ratio.ln().abs()));
+    if !disagreeing.is_empty() {
         text.push_str("\nlargest differences, b / a (spread)\n");
     }
-    for pair in level_change.iter().take(MOST_DISAGREEMENTS) {
+    for pair in disagreeing.iter().take(MOST_DISAGREEMENTS) {
         let spread = pair.spread.unwrap_or_default();
         text.push_str(&format!(
             "  {:.2} (± {spread:.2})  {}\n",

@@ -187,7 +187,7 @@ impl Assembly<'_> {
             (basis.rigid().split_last()).map_or(&[][..], |(_, independent)| independent);
         FlankParticipation {
             mesh: without_rotations(basis.turn(&flank.mesh), independent),
-            tilt: untilted(basis.turn(&flank.tilt), independent),
+            tilt: tilt_without_round_off(basis.turn(&flank.tilt), independent),
             friction: basis.turn(&flank.friction),
             lever: basis.turn(&flank.lever),
             residual_flexibility: flank.residual_flexibility,
@@ -269,7 +269,7 @@ fn without_rotations(mut mesh: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
 
 /// A tilt whose entries in the `rigid` blocks are zero if they are only round-off: a rotation about the shafts does not
 /// tilt them.
-fn untilted(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
+fn tilt_without_round_off(mut tilt: Vec<f64>, rigid: &[usize]) -> Vec<f64> {
     let noise = TILT_NOISE * tilt.iter().fold(0.0_f64, |most, t| most.max(t.abs()));
     for &i in rigid {
         if tilt[i].abs() <= noise {
@@ -285,7 +285,7 @@ mod tests {
 
     #[test]
     fn tilts_of_rotations_are_kept_beyond_round_off() {
-        let kept = untilted(vec![1e-12, 0.5, -1.0, 1e-12], &[0, 1]);
+        let kept = tilt_without_round_off(vec![1e-12, 0.5, -1.0, 1e-12], &[0, 1]);
         assert_eq!(kept, [0.0, 0.5, -1.0, 1e-12]);
         assert_eq!(
             without_rotations(vec![0.5, 0.1, 1e-17], &[2]),

@@ -312,7 +312,7 @@ impl TrainDrive {
     }
 
     /// The drawing of the first mesh on its shafts; `None` for bevel gears, or if the gears cannot mesh there.
-    pub fn spur_pair(&self) -> Option<GearPair> {
+    pub fn parallel_pair(&self) -> Option<GearPair> {
         let parallel = self.parallel_placement(self.gears).ok()?;
         parallel.map(|_| self.on_shafts(&self.pair, self.gears))
     }

@@ -24,7 +24,7 @@ pub struct Expression {
 
 impl Expression {
     /// Whether a text is an expression instead of a quantity such as `10 um`, whose unit may be misspelt.
-    pub(super) fn is_one(text: &str) -> bool {
+    pub(super) fn is_expression(text: &str) -> bool {
         let text = text.trim();
         let number = text.trim_start_matches(['+', '-']);
         let digits = number_length(number);
@@ -263,7 +263,10 @@ mod tests {
             "up",
             "1e5 N/sm",
         ] {
-            assert!(text == "points.csv" || !Expression::is_one(text), "{text}");
+            assert!(
+                text == "points.csv" || !Expression::is_expression(text),
+                "{text}"
+            );
         }
         for text in [
             "speed",
@@ -274,7 +277,7 @@ mod tests {
             "sqrt(load)",
             "(load)",
         ] {
-            assert!(Expression::is_one(text), "{text}");
+            assert!(Expression::is_expression(text), "{text}");
         }
     }
 }

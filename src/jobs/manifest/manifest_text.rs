@@ -50,7 +50,7 @@ impl fmt::Display for ManifestText<'_> {
 
 fn unit(node: &Node) -> Option<String> {
     match &node.value {
-        Value::Text(text) if !Expression::is_one(text) => {
+        Value::Text(text) if !Expression::is_expression(text) => {
             let (_, unit) = units::split(text)?;
             (!unit.is_empty()).then(|| unit.to_owned())
         }

@@ -78,7 +78,7 @@ fn parse(issues: &Issues, source: usize) -> Option<ModalFile> {
 }
 
 fn read(root: &Section) -> Option<ModalStructure> {
-    let oscillator = oscillator::is_one(root);
+    let oscillator = oscillator::has_no_mesh(root);
     let given = |name: &str| !oscillator || root.has(name);
     let teeth = if given("teeth") { root.integer("teeth") } else { Some(1) };
     let wheel_teeth = root.if_given("teeth_wheel", Section::integer);
@@ -146,7 +146,7 @@ fn read(root: &Section) -> Option<ModalStructure> {
 /// The tables `[[bearing]]`; empty if there are none.
 fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
     let remedy = "give every [[bearing]] a different name, such as \"pinion 1 x\"";
-    equal_names(&root.tables("bearing")?, "bearing forces", remedy);
+    report_repeated_names(&root.tables("bearing")?, "bearing forces", remedy);
     root.each("bearing", |table| {
         all_of!(BearingGain {
             name: table.text("name").map(str::to_owned),
@@ -158,7 +158,7 @@ fn bearings(root: &Section, modes: Option<usize>) -> Option<Vec<BearingGain>> {
 }
 
 /// Reports tables with the name of an earlier one: results and keys refer to tables by their names.
-fn equal_names(tables: &[Section], what: &str, remedy: &str) {
+fn report_repeated_names(tables: &[Section], what: &str, remedy: &str) {
     let mut known = HashSet::new();
     for table in tables {
         let Some(Value::Text(name)) = table.entry("name").map(|entry| &entry.node.value) else {

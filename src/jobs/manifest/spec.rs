@@ -197,7 +197,7 @@ impl StructureSource {
         let (gears, shafts) = match self {
             Self::Rigid(drive) => (&drive.gears, &drive.shafts),
             Self::Flexible(drive) => (&drive.gears, &drive.shafts),
-            Self::Train(train) => return train.spur_pair(),
+            Self::Train(train) => return train.parallel_pair(),
             Self::Modal(_) => return None,
         };
         Some(gears.on_shafts(shafts.each_ref().map(|shaft| shaft.diameter)))

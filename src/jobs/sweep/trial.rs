@@ -31,7 +31,7 @@ const TIMED: u64 = 128;
 const PART: u32 = 32;
 
 /// Largest number of cells along each side of a slice in a trial.
-const CELLS: u32 = 8;
+const MOST_CELLS: u32 = 8;
 
 /// Relative standard deviation of a time that is extrapolated from a reduced analysis.
 const UNEVEN: f64 = 0.5;
@@ -190,7 +190,7 @@ fn shortened(point: &PointSpec) -> PointSpec {
     if let Some(config) = &mut analyses.multistability {
         config.initial_conditions = part(config.initial_conditions, 2);
         if let Some(slice) = &mut config.slice {
-            slice.count = slice.count.min(CELLS);
+            slice.count = slice.count.min(MOST_CELLS);
         }
     }
     if let Some(config) = &mut analyses.orbits {

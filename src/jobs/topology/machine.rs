@@ -26,7 +26,7 @@ impl Machine {
             cpu: field(&read("/proc/cpuinfo"), "model name")
                 .unwrap_or("unknown")
                 .to_owned(),
-            memory: kibibytes(&read("/proc/meminfo"), "MemTotal").unwrap_or(0),
+            memory: bytes_of_kib_field(&read("/proc/meminfo"), "MemTotal").unwrap_or(0),
             isa: instruction_sets(),
             system: format!("{} {}", std::env::consts::OS, std::env::consts::ARCH),
         }
@@ -36,7 +36,7 @@ impl Machine {
 /// Largest resident memory of this process so far \[bytes\]; `None` if the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
-    kibibytes(&status, "VmHWM")
+    bytes_of_kib_field(&status, "VmHWM")
 }
 
 /// A clock of processor time, which does not run while other programs use the core.
@@ -63,7 +63,7 @@ impl ProcessorClock {
 pub(super) fn free_memory(root: &Path, node: u32) -> Option<u64> {
     let path = format!("sys/devices/system/node/node{node}/meminfo");
     let text = fs::read_to_string(root.join(path)).ok()?;
-    kibibytes(&text, &format!("Node {node} MemFree"))
+    bytes_of_kib_field(&text, &format!("Node {node} MemFree"))
 }
 
 /// Value of the first line `key : value` with this key.
@@ -75,7 +75,7 @@ pub fn field<'a>(text: &'a str, key: &str) -> Option<&'a str> {
 }
 
 /// Value in bytes of the line `key : value kB`, which counts in KiB; `None` if there is no such line.
-pub fn kibibytes(text: &str, key: &str) -> Option<u64> {
+pub fn bytes_of_kib_field(text: &str, key: &str) -> Option<u64> {
     let kibibytes = field(text, key)?.strip_suffix("kB")?.trim();
     Some(1024 * kibibytes.parse::<u64>().ok()?)
 }
@@ -108,11 +108,11 @@ mod tests {
         assert_eq!(field(cpuinfo, "model name"), Some("Some CPU @ 2.40GHz"));
         assert_eq!(field(cpuinfo, "model"), None);
         assert_eq!(
-            kibibytes("MemTotal:       16384 kB\n", "MemTotal"),
+            bytes_of_kib_field("MemTotal:       16384 kB\n", "MemTotal"),
             Some(16 << 20)
         );
-        assert_eq!(kibibytes("MemTotal: unknown\n", "MemTotal"), None);
+        assert_eq!(bytes_of_kib_field("MemTotal: unknown\n", "MemTotal"), None);
         let node = "Node 0 MemTotal:  100 kB\nNode 0 MemFree:   60 kB\n";
-        assert_eq!(kibibytes(node, "Node 0 MemFree"), Some(60 << 10));
+        assert_eq!(bytes_of_kib_field(node, "Node 0 MemFree"), Some(60 << 10));
     }
 }

@@ -19,6 +19,6 @@ pub use affinity::{NodeTables, TABLES_AT_HAND, TableDistance};
 pub use copies::{Copies, CopyRoom, copies};
 pub use description::{Cache, Core, NumaNode, Topology, TopologyError};
 pub use machine::{Machine, ProcessorClock, peak_memory};
-pub use machine::{field, kibibytes};
+pub use machine::{bytes_of_kib_field, field};
 pub use placement::{Pinning, Place, Plan, default_workers, plan};
 pub use system::{BindingError, MemoryPath, Source};

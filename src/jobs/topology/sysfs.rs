@@ -9,7 +9,7 @@
 mod tree;
 
 use super::description::{Cache, Core, NumaNode, Topology, TopologyError};
-use super::machine::{free_memory, kibibytes};
+use super::machine::{bytes_of_kib_field, free_memory};
 use super::system::{BindingError, MemoryPath, Source, System};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
 use std::collections::{BTreeMap, BTreeSet};
@@ -265,7 +265,9 @@ struct Node {
 /// The nodes that this process may use, at least one.
 fn nodes(tree: &Tree, allowed: &Set) -> Vec<Node> {
     let memory = |path: &str, key: &str| {
-        let bytes = tree.text(path).and_then(|text| kibibytes(&text, key));
+        let bytes = tree
+            .text(path)
+            .and_then(|text| bytes_of_kib_field(&text, key));
         bytes.filter(|bytes| *bytes > 0)
     };
     let known = tree

@@ -2,7 +2,7 @@
 //! out.
 
 use crate::store::{Description, HugePages, NodeRecord};
-use crate::topology::{Machine, Topology, field, kibibytes};
+use crate::topology::{Machine, Topology, bytes_of_kib_field, field};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -78,12 +78,12 @@ pub fn describe(topology: &Topology, root: &Root) -> Description {
         numa_balancing: (root.number("proc/sys/kernel/numa_balancing"))
             .and_then(|state| u32::try_from(state).ok()),
         memory: machine.memory,
-        memory_available: kibibytes(&meminfo, "MemAvailable"),
+        memory_available: bytes_of_kib_field(&meminfo, "MemAvailable"),
         memory_limit: of_group("memory.max").and_then(|text| text.parse().ok()),
         huge_pages: HugePages {
             transparent: (root.text("sys/kernel/mm/transparent_hugepage/enabled"))
                 .and_then(|text| chosen(&text)),
-            size: kibibytes(&meminfo, "Hugepagesize"),
+            size: bytes_of_kib_field(&meminfo, "Hugepagesize"),
             reserved: field(&meminfo, "HugePages_Total").and_then(|text| text.parse().ok()),
         },
         governor: root.text(&format!("{frequency}/scaling_governor")),

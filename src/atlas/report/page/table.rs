@@ -153,11 +153,11 @@ pub(super) fn embed_points(
     let (mut descriptions, mut empty, mut left) = (Vec::new(), Vec::new(), Vec::new());
     let mut bytes_left = max_bytes;
     let heads = ResultTable::head(folder, TableKind::Points)?.columns()?;
-    let rows_at_a_time = (NUMBERS_AT_A_TIME / order.len().max(1)).max(1);
+    let columns_at_a_time = (NUMBERS_AT_A_TIME / order.len().max(1)).max(1);
     let is_list = |head: &ColumnHead| head.kind == ColumnKind::List;
     // Lists are as large as many columns, so that each is read alone.
     let groups = heads.chunk_by(|a, b| !is_list(a) && !is_list(b));
-    for heads in groups.flat_map(|heads| heads.chunks(rows_at_a_time)) {
+    for heads in groups.flat_map(|heads| heads.chunks(columns_at_a_time)) {
         let names: Vec<&str> = heads.iter().map(|head| head.name.as_str()).collect();
         let mut columns: Vec<PartialColumn> =
             heads.iter().cloned().map(PartialColumn::new).collect();

@@ -22,11 +22,11 @@ const BAND: f64 = 1.0;
 
 /// Whether any point has a history of its exponents.
 pub(super) fn has_history(results: &Results) -> bool {
-    with_course(results).is_ok_and(|points| !points.is_empty())
+    points_with_history(results).is_ok_and(|points| !points.is_empty())
 }
 
 /// Numbers of the points with a history of their exponents.
-fn with_course(results: &Results) -> Result<HashSet<u64>, StoreError> {
+fn points_with_history(results: &Results) -> Result<HashSet<u64>, StoreError> {
     let mut found = HashSet::new();
     let columns = ["point_id", "course_cycles"];
     ResultTable::scan(&results.folder, TableKind::Points, &columns, |part| {
@@ -40,7 +40,7 @@ fn with_course(results: &Results) -> Result<HashSet<u64>, StoreError> {
 }
 
 pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, PlotError> {
-    let known = with_course(results)?;
+    let known = points_with_history(results)?;
     let ask = "add `lyapunov.course` to [analyses] of the manifest";
     let point = match request.point {
         Some(id) => results.point(id)?,

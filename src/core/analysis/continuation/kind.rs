@@ -205,7 +205,7 @@ fn signed(value: f64) -> (f64, f64) {
 
 /// Whether P_p lies in the range of M − I, so that a multiplier +1 belongs to a branch point. With ψ the left
 /// null vector of M − I, a fold has `ψ·P_p ≠ 0`.
-pub(super) fn crosses(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> bool {
+pub(super) fn is_branch_point(map: &mut impl CycleMap, span: &Span, orbit: &Orbit) -> bool {
     let column = map.by_parameter(&orbit.u, orbit.at, orbit.period, span.axis);
     let transposed = orbit.monodromy.transpose().to_owned();
     let null = eigenpair(transposed.as_ref(), Complex64::ONE);

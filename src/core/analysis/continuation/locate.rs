@@ -4,7 +4,7 @@
 //! corrected orbits. If the parameter reverses between the two orbits, further orbits are sought on planes across the
 //! chord of the bracket. The branch crosses each of these planes, but has no orbit at parameters beyond the fold.
 
-use super::kind::{Kind, ON_CIRCLE, Test, critical, crosses, off_circle};
+use super::kind::{Kind, ON_CIRCLE, Test, critical, is_branch_point, off_circle};
 use super::map::CycleMap;
 use super::orbit::{Orbit, OrbitCondition, distance, find};
 use super::path::{LARGEST_DISTANCE, PathCondition, Span, Vector, guess, place_bare, tangent};
@@ -55,7 +55,11 @@ impl Located {
                     .unwrap_or(&extreme),
             },
             Kind::Fold if there.is_some_and(|m| off_circle(&kind, m) <= ON_CIRCLE) => {
-                if crosses(map, span, &self.orbit) { Kind::BranchPoint } else { Kind::Fold }
+                if is_branch_point(map, span, &self.orbit) {
+                    Kind::BranchPoint
+                } else {
+                    Kind::Fold
+                }
             }
             // If M jumps, the determinant changes its sign without a zero. If dp/ds also changes its sign,
             // the bifurcation is a fold.

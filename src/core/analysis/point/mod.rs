@@ -120,7 +120,7 @@ impl<K: Kernel> PointRun<'_, K> {
         let mut recurrence = Recurrence::new(self.model);
         let mut steady = Steady::new(&recurrence);
         if let Some(steady) = &mut steady
-            && self.stays_locked(steady.period())
+            && self.stays_in_contact(steady.period())
         {
             let mut orbit = self.seek_steady(steady)?;
             if !steady.attracts() {
@@ -139,7 +139,7 @@ impl<K: Kernel> PointRun<'_, K> {
                 self.counters.events == events && self.model.touches(self.trajectory.contact);
             if let Some(steady) = &mut steady
                 && steady.is_due(without_event, self.trajectory.cycle)
-                && self.stays_locked(steady.period())
+                && self.stays_in_contact(steady.period())
                 && let Some(orbit) = self.seek_steady(steady)?
             {
                 return Ok(Some(orbit));

@@ -74,7 +74,7 @@ impl Steady {
 
 impl<K: Kernel> PointRun<'_, K> {
     /// Whether the trajectory stays in contact over the next period.
-    pub(super) fn stays_locked(&mut self, period: u32) -> bool {
+    pub(super) fn stays_in_contact(&mut self, period: u32) -> bool {
         let mut next_state = self.trajectory.clone();
         let mut counters = Counters::default();
         (0..period).all(|_| {

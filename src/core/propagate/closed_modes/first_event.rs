@@ -207,7 +207,7 @@ impl<V: Vector> search::Margin for Inlined<'_, '_, V> {
         margin_body::<V>(&mut self.0, time)
     }
 
-    fn dispatched(&mut self) -> &mut dyn search::Margin {
+    fn with_run_time_dispatch(&mut self) -> &mut dyn search::Margin {
         &mut self.0
     }
 }
@@ -217,7 +217,7 @@ impl search::Margin for ContactMargin<'_, '_> {
         margin(self.kernel.instructions, self, time)
     }
 
-    fn dispatched(&mut self) -> &mut dyn search::Margin {
+    fn with_run_time_dispatch(&mut self) -> &mut dyn search::Margin {
         self
     }
 }

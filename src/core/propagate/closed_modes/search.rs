@@ -22,7 +22,7 @@ pub trait Margin {
 
     /// The same margin as an object that selects the instruction set at every call. Its callers are compiled once for
     /// all processors.
-    fn dispatched(&mut self) -> &mut dyn Margin;
+    fn with_run_time_dispatch(&mut self) -> &mut dyn Margin;
 }
 
 /// An interval of a block.
@@ -93,7 +93,7 @@ pub fn exit<M: Margin + ?Sized>(
         return None;
     }
     exit_of_halves(
-        margin.dispatched(),
+        margin.with_run_time_dispatch(),
         bounds,
         None,
         interval,
@@ -125,7 +125,7 @@ pub fn exit_behind<M: Margin + ?Sized>(
         return None;
     }
     exit_of_halves(
-        margin.dispatched(),
+        margin.with_run_time_dispatch(),
         bounds,
         Some(rate),
         interval,
@@ -303,7 +303,7 @@ mod tests {
             (self.0)(time)
         }
 
-        fn dispatched(&mut self) -> &mut dyn Margin {
+        fn with_run_time_dispatch(&mut self) -> &mut dyn Margin {
             self
         }
     }

@@ -6,11 +6,11 @@ use std::f64::consts::{FRAC_2_PI, PI};
 /// Linear compliance per unit width, `2/π Σ (1 − ν²)/E` \[m²/N\]: for one material
 /// `4 (1 − ν²)/(π E)` (Yang & Sun 1985), half of it from each body.
 pub(in crate::gear) fn linear(materials: &[Material; 2]) -> f64 {
-    FRAC_2_PI * give(materials)
+    FRAC_2_PI * reciprocal_modulus(materials)
 }
 
 /// `Σ (1 − ν²)/E`, the reciprocal of the contact modulus E* \[1/Pa\].
-fn give(materials: &[Material; 2]) -> f64 {
+fn reciprocal_modulus(materials: &[Material; 2]) -> f64 {
     materials
         .iter()
         .map(|material| material.plane_strain_modulus().recip())
@@ -20,7 +20,7 @@ fn give(materials: &[Material; 2]) -> f64 {
 /// Half the width of the contact of two cylinders of relative radius R under a line load w,
 /// `√(4 w R/(π E*))` \[m\] (Johnson, Contact Mechanics, 1985, eq. 4.43).
 pub(super) fn half_width(materials: &[Material; 2], radius: f64, line_load: f64) -> f64 {
-    (4.0 * line_load * radius * give(materials) / PI).sqrt()
+    (4.0 * line_load * radius * reciprocal_modulus(materials) / PI).sqrt()
 }
 
 /// Approach of two points at depths h below the contact, one in each body, under a line load w

@@ -24,7 +24,7 @@ const EXTRA_MODES: usize = 4;
 const TOLERANCE: f64 = 1e-11;
 
 /// Number of blocks between two checks of the residuals.
-const BLOCKS_A_LOOK: usize = 4;
+const BLOCKS_PER_CHECK: usize = 4;
 
 /// First shift, relative to the smallest ratio of the diagonal entries of stiffness and inertia.
 const FIRST_SHIFT: f64 = 1e-6;
@@ -60,7 +60,7 @@ pub(super) fn lowest(
     let solver = pencil.shifted(shift)?;
     let mut space = Space::new(pencil, solver, start)?;
     loop {
-        for _ in 0..BLOCKS_A_LOOK {
+        for _ in 0..BLOCKS_PER_CHECK {
             space.grow()?;
         }
         if space.columns() >= all
@@ -73,7 +73,7 @@ pub(super) fn lowest(
                 },
             );
         }
-        if space.columns() + BLOCKS_A_LOOK * width > most {
+        if space.columns() + BLOCKS_PER_CHECK * width > most {
             return None;
         }
     }

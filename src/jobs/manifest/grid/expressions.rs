@@ -26,8 +26,8 @@ impl Pending<'_> {
 }
 
 /// Whether an entry is an expression.
-pub(super) fn is_one(entry: &Entry) -> bool {
-    matches!(&entry.node.value, Value::Text(text) if Expression::is_one(text))
+pub(super) fn is_expression(entry: &Entry) -> bool {
+    matches!(&entry.node.value, Value::Text(text) if Expression::is_expression(text))
 }
 
 /// Reads an entry; `None` if it is faulty, which is reported.

@@ -93,7 +93,7 @@ pub(super) fn read(root: &Section, base_dir: &Path, seed: u64) -> Axes {
             continue;
         }
         let tied = is_tied(&entry.key);
-        let read = if expressions::is_one(entry) {
+        let read = if expressions::is_expression(entry) {
             expressions::read(root.issues, entry).map(|new_axis| derived.push(new_axis))
         } else if samples::is_distribution(&entry.node) {
             samples::read(root.issues, entry, tied, base_dir).map(|new_axis| drawn.push(new_axis))

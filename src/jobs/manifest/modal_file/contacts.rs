@@ -1,6 +1,6 @@
 //! The tables `[[contact]]`, `[[slider]]` and `[[dry_friction]]` of a modal file: contacts besides the two flanks.
 
-use super::{column, equal_names, optional};
+use super::{column, optional, report_repeated_names};
 use crate::manifest::diagnostic::DiagnosticKind;
 use crate::manifest::reader::{Section, all_or_none};
 use crate::manifest::sections::contact_law;
@@ -41,7 +41,7 @@ pub(super) fn read(root: &Section, modes: Option<usize>) -> Option<Vec<Structure
         ),
     ] {
         let remedy = format!("give each table its own name: keys such as {key} refer to it");
-        equal_names(tables, what, &remedy);
+        report_repeated_names(tables, what, &remedy);
     }
     for table in &tables {
         match contact(table, modes) {

@@ -1,6 +1,6 @@
 //! The tables `[[harmonic_load]]` of a modal file: loads that vary with time at any frequency.
 
-use super::{column, equal_names};
+use super::{column, report_repeated_names};
 use crate::manifest::reader::{Section, all_or_none};
 use crate::structure::HarmonicLoad;
 
@@ -13,7 +13,7 @@ pub(super) fn read(
     let tables = root.tables("harmonic_load")?;
     let remedy =
         "give each table its own name: keys such as harmonic_load.NAME.amplitude refer to it";
-    equal_names(&tables, "harmonic loads", remedy);
+    report_repeated_names(&tables, "harmonic loads", remedy);
     let loads = tables.iter().map(|table| {
         let name = table.text("name");
         let force = column(table, "force", modes);

@@ -8,7 +8,7 @@ use crate::structure::StructureContact;
 const OF_MESH: [&str; 4] = ["mesh_tilt", "friction", "friction_lever", "mesh_coast"];
 
 /// Whether the file has no mesh.
-pub(super) fn is_one(root: &Section) -> bool {
+pub(super) fn has_no_mesh(root: &Section) -> bool {
     !root.has("mesh")
 }
 

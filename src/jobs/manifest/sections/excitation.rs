@@ -210,7 +210,7 @@ fn ripple(table: &Section, source: Option<&StructureSource>) -> Option<TorqueRip
         amplitude: table.quantity("amplitude"),
         phase: table.quantity("phase"),
     })?;
-    torque_curve::turns(table, source, ripple.shaft)?;
+    torque_curve::check_torque_can_act(table, source, ripple.shaft)?;
     Some(ripple)
 }
 

@@ -115,7 +115,7 @@ impl<'a> Context<'a> {
 /// these tables is faulty, but some contradictions between tables are only reported.
 pub(super) fn resolve(root: &Section, context: &mut Context) -> Option<Variant> {
     let model = model::read(root, context);
-    let mesh = if oscillator::is_one(root, context) {
+    let mesh = if oscillator::has_no_mesh(root, context) {
         oscillator::mesh(root, model.as_ref())
     } else {
         flanks(root, model.as_ref(), context.half_gap_varies)

@@ -186,7 +186,7 @@ fn modal(
             .and_then(|file| modal_file::load(root.issues, context, file, section.span_of("file")))
             .map(|file| file.structure.clone()),
     };
-    if structure.is_some() && !oscillator::is_one(root, context) {
+    if structure.is_some() && !oscillator::has_no_mesh(root, context) {
         let why = "with a mesh: tolerances are in half gaps";
         section.without_effect(&["length"], why, "remove it");
     }

@@ -13,7 +13,7 @@ use crate::model::Release;
 use crate::structure::ModalStructure;
 
 /// Whether the modal file of a manifest has no mesh. The file must have been read.
-pub(super) fn is_one(root: &Section, context: &Context) -> bool {
+pub(super) fn has_no_mesh(root: &Section, context: &Context) -> bool {
     let model = root
         .entry("model")
         .and_then(|model| model.node.entry("file"));

@@ -36,7 +36,7 @@ pub(super) fn read(
     let points = section.required("points");
     let points = points.and_then(|entry| points_of(entry, excitation.issues, context));
     let shaft = shaft?;
-    turns(&section, source, shaft)?;
+    check_torque_can_act(&section, source, shaft)?;
     let (mut points, period) = (points?, TAU * f64::from(revolutions?));
     if let ([[first, start], .., [last, end]], false) = (&points[..], points.is_empty()) {
         let beyond = last - first - period;
@@ -103,7 +103,7 @@ fn pairs(entry: &Entry, issues: &Issues, context: &Context) -> Option<Vec<[f64; 
 }
 
 /// Checks that a torque or an imposed motion can act on a shaft. `None` if it cannot, which is reported.
-pub(super) fn turns(
+pub(super) fn check_torque_can_act(
     table: &Section,
     source: Option<&StructureSource>,
     shaft: DriveShaft,

@@ -16,7 +16,7 @@ use crate::shaft::{TrainDrive, TrainError, TrainShaft};
 use parts::Parts;
 
 /// Tolerance for the sum of the `output` fractions of all shafts, which must be 1 unless all are 0.
-const POWER: f64 = 1e-9;
+const OUTPUT_SUM_TOLERANCE: f64 = 1e-9;
 
 /// Reads the table; `[model]` has the damping of the modes.
 pub(super) fn read(section: &Section, context: &mut Context) -> Option<TrainDrive> {
@@ -135,7 +135,7 @@ fn too_fine(
 
 fn check_outputs(section: &Section, shafts: &[TrainShaft]) -> Option<()> {
     let sum: f64 = shafts.iter().map(|shaft| shaft.output).sum();
-    if sum == 0.0 || (sum - 1.0).abs() < POWER {
+    if sum == 0.0 || (sum - 1.0).abs() < OUTPUT_SUM_TOLERANCE {
         return Some(());
     }
     let message = format!("the `output` fractions of all shafts add up to {sum}");

@@ -38,7 +38,7 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
             .collect();
         // If the contact ratio is below 2, the third pair never carries load.
         let is_loaded = |curve: &Curve| curve.iter().any(|[_, share]| share.abs() > 1e-9);
-        let lines: Vec<Named> = (passages(&slots, mesh.table.breaks.len() - 1).into_iter())
+        let lines: Vec<Named> = (shares_by_pair(&slots, mesh.table.breaks.len() - 1).into_iter())
             .filter(|(_, curve)| is_loaded(curve))
             .map(|(pair, curve)| Named {
                 curve,
@@ -69,10 +69,10 @@ pub(super) fn draw(mesh: &MeshCurves) -> Drawn {
 /// the newest pair, the pair before it, and so on. All curves have the same number of samples on each piece
 /// of the cycle. When a new pair comes within reach, every other pair moves to the next slot. The code finds these
 /// mesh phases from the condition that the share of every pair is continuous.
-fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
+fn shares_by_pair(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
     let samples = slots[0].len() / pieces;
-    let mut passages: BTreeMap<i32, Curve> = BTreeMap::new();
-    let mut moved_up = 0;
+    let mut shares_by_pair: BTreeMap<i32, Curve> = BTreeMap::new();
+    let mut new_pairs = 0;
     for piece in 0..pieces {
         let first = piece * samples;
         if piece > 0 {
@@ -85,15 +85,15 @@ fn passages(slots: &[Curve], pieces: usize) -> BTreeMap<i32, Curve> {
             let share_dropped = before[before.len() - 1];
             let up = step(&behind[1..], &before) + behind[0].abs() + share_dropped.abs();
             if up + SAME_PAIR < step(&behind, &before) {
-                moved_up += 1;
+                new_pairs += 1;
             }
         }
-        for (slot, pair) in slots.iter().zip(-moved_up..) {
+        for (slot, pair) in slots.iter().zip(-new_pairs..) {
             let shares = &slot[first..first + samples];
-            passages.entry(pair).or_default().extend(shares);
+            shares_by_pair.entry(pair).or_default().extend(shares);
         }
     }
-    passages
+    shares_by_pair
 }
 
 #[cfg(test)]
@@ -117,7 +117,7 @@ mod tests {
             curve([0.6, 0.3, 0.3, 0.0, 1.0, 0.6]),
             curve([0.0; 6]),
         ];
-        let found = passages(&slots, 3);
+        let found = shares_by_pair(&slots, 3);
         let shares = |pair: i32| -> Vec<f64> { found[&pair].iter().map(|at| at[1]).collect() };
         assert_eq!(shares(0), [0.4, 0.7, 0.7, 1.0, 1.0, 0.6]);
         assert_eq!(shares(1), [0.6, 0.3, 0.3, 0.0, 0.0, 0.0]);
