@@ -140,8 +140,8 @@ pub fn cycle(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     compare(subjects, &truths(subjects)?, 1e-13)
 }
 
-/// Compares all kernels with exact trajectories. `bound` is the largest error of a state \[half gaps\], before the
-/// allowed round-off of each kernel.
+/// Compares all kernels with exact trajectories. `bound` is the largest error of an event time \[cycles\]; multiplied
+/// by the allowed round-off of each kernel, the largest error of a state \[half gaps\].
 pub(super) fn compare(
     subjects: &Subjects,
     truths: &[Truths],
@@ -183,7 +183,7 @@ pub(super) fn compare(
             all.time,
             // The error of an event time is large if the surface is crossed slowly. Among many events some
             // are slow.
-            subjects.extent.pick(1e-13, 1e-12),
+            subjects.extent.pick(bound, 10.0 * bound),
             "cycles",
         ));
         lines.push(Line::at_most(

@@ -117,5 +117,5 @@ pub fn trains(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             trajectories: vec![ExactTrajectory::new(model, start, cycles)?],
         });
     }
-    compare(subjects, &truths, 1e-12)
+    compare(subjects, &truths, 2e-12)
 }
