@@ -133,7 +133,8 @@ fn summary(name: &str, unit: &str, values: &[f64]) -> QuantitySummary {
     }
 }
 
-/// JSON with one key per line; a list takes one line.
+/// Appends a JSON value as indented text: `key: value` on one line per key of an object, and every other value, also a
+/// list, as JSON on the line of its key.
 fn push_json(text: &mut String, value: &Value, depth: usize) {
     let Value::Object(map) = value else {
         _ = write!(text, " {value}");

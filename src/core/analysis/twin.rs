@@ -14,9 +14,9 @@ pub(super) const ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 /// Default distance of a twin, in half gaps: far above round-off, far below the gap.
 pub const SEPARATION: f64 = 1e-7;
 
-/// Effect of a finite distance of [`SEPARATION`] on a twin's exponent \[1/cycle\]. Near grazing contacts, the
-/// effect is up to 2.9e-4. It is proportional to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At 3e-9,
-/// round-off changes the exponent of integrable motion by 2.4e-3. The limit is half the exponent that counts
+/// Allowance for the effect of a finite distance of [`SEPARATION`] on a twin's exponent \[1/cycle\]. Near grazing
+/// contacts, the effect is up to 2.9e-4. It is proportional to the distance: 2.5e-3 at 1e-6, 3e-5 at 1e-8. At 3e-9,
+/// round-off changes the exponent of integrable motion by 2.4e-3. The allowance is half the exponent that counts
 /// as zero, so that no verdict depends on it.
 const FINITE_DISTANCE: f64 = 5e-4;
 

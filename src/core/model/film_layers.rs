@@ -1,10 +1,13 @@
 //! Which contacts of a model are layers of a film, and which of them exclude each other?
+//!
+//! The film of oil of a flank is a row of layers: contacts without a spring, each with a constant damping over an
+//! interval of the thickness of the film. Of the layers and the flank, at most one is closed.
 
 use super::contact::{ActiveSet, COAST_FLANK};
 use super::{Model, Release};
 
 impl Model {
-    /// Whether a contact is a layer of the film.
+    /// Whether a contact is a layer of the film of a flank.
     pub fn is_of_film(&self, contact: usize) -> bool {
         self.contacts[contact].release == Release::Film
     }

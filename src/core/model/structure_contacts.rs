@@ -137,8 +137,8 @@ fn side(law: &ContactLaw) -> f64 {
     }
 }
 
-/// Checks that the stiffness of a contact is above 0 everywhere, or constant and negative. A negative
-/// stiffness softens parallel contacts.
+/// Checks that the stiffness of a contact is above 0 everywhere, or constant and negative. A negative stiffness softens
+/// parallel contacts. An element of dry friction has its force in place of the stiffness, which must be above 0.
 ///
 /// # Errors
 /// [`ModelError::OutOfRange`].

@@ -51,7 +51,7 @@ const MOST_KEPT: usize = 4096;
 #[derive(Debug)]
 pub(super) struct JudgedCombinations {
     variants: Vec<Variant>,
-    /// Numbers of the judged combinations; `None` if all combinations were judged.
+    /// Numbers of the combinations in `variants`; `None` if it has every combination of the grid.
     numbers: Option<Vec<usize>>,
 }
 

@@ -4,9 +4,8 @@
 //! same time. An edge of a cell has points at its corners and at the corners of smaller neighbours. A cell is halved
 //! along an axis if two points differ on one of its edges along this axis. So a boundary parallel to an axis divides
 //! cells only along the other axis. A boundary that leaves a divided cell through an edge is followed into the next
-//! cell,
-//! whatever its size. The points of a round depend only on earlier results, not on the time of their computation: a
-//! journal is read first, and rounds omit its points.
+//! cell, whatever its size. The points of a round depend only on earlier results, not on the time of their computation:
+//! a journal is read first, and rounds omit its points.
 //!
 //! An uncertain class is not compared: not converged, transient chaos, or chaos whose exponent is within its
 //! error of 0. A period longer than `longest_period` counts as quasi-periodic.

@@ -18,7 +18,8 @@ const LIMIT_REDUCTION: f64 = 64.0;
 /// the slow group and splits no constant input off them.
 const WAVE_MARGIN: f64 = 8.0;
 
-/// Rates that define a basis of a structure and its mesh.
+/// The two rates from which a [`Basis`](super::basis::Basis) of a structure and its mesh is made: one that scales, and
+/// the limit between waves (damped sinusoids, which are diagonalised) and the slow group.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rates {
     /// Upper bound of all rates \[rad/s\].

@@ -241,8 +241,8 @@ pub(super) fn job(changes: &[&str]) -> Result<Job, CheckError> {
     Ok(manifest.job("manifests/flex80.toml", Path::new(""))?)
 }
 
-/// Moments of inertia of both shafts with their gears about the axes of rotation \[kg m²\]: solid rods, and the drawn
-/// inertias at the ends.
+/// Moments of inertia of both shafts about their axes \[kg m²\]. Each is the sum of the shaft (a solid cylinder), the
+/// gear body (a hollow cylinder from the shaft to the pitch diameter) and the inertia at the end.
 pub(super) fn inertias(drive: &FlexibleDrive) -> [f64; 2] {
     let rod = |outer: f64, inner: f64, length: f64| {
         PI * drive.density * length * (outer.powi(4) - inner.powi(4)) / 32.0

@@ -153,8 +153,8 @@ impl<'a, K: Kernel> ApproachSettings<'a, K> {
         if before <= self.arrival_distance {
             return after <= self.arrival_distance;
         }
-        // If the observation is limited, the distance may change along a flat torus by more than it
-        // decreases.
+        // If `LONGEST_WATCH` has cut the observation short, the distance decreases only a little. On an elongated
+        // curve around the orbit it also varies as the state circulates, by more than this decrease.
         let distance = if self.cut { before.min(predicted) } else { before };
         let missed = (&observed.after - &observed.predicted).norm_l2();
         missed <= PREDICTION_SLACK * self.decrease * distance && after < before

@@ -155,7 +155,8 @@ mod tests {
         }
     }
 
-    /// The speed rises, stays constant, and falls. Stretches end where the course of speed or load changes.
+    /// The speed rises, stays constant, and falls. Stretches end, among other times, where the speed or the load enters
+    /// another piece of its course.
     #[test]
     fn stretches_end_where_courses_change() {
         let speed = monotone(&[[0.0, 100.0], [1.003, 300.0], [1.5, 300.0], [4.0, 120.0]]);

@@ -24,7 +24,7 @@ struct Part {
     name: &'static str,
     /// Reason why covariant vectors cannot be integrated backwards.
     forgets: &'static str,
-    /// How to model the drive without the part.
+    /// The alternative in the remedy "remove the analysis, or …", so that the drive has no such part.
     instead: &'static str,
 }
 

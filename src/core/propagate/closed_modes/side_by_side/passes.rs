@@ -2,8 +2,9 @@
 //!
 //! A lane advances in steps as long as its margins are certain to stay positive. The cubic with the values and rates of a
 //! margin at both ends of a step is near the margin: the bound of the difference is in a table ([`super::tables`]). The
-//! cubic lies between its Bernstein coefficients. A lane stops before a step that is not certain or reaches its limit. The
-//! Taylor series from the nearer end of that step then leads to the event or to the limit.
+//! cubic lies between its Bernstein coefficients. A lane stops before a step for which this is not certain, or in which it
+//! reaches its limit: the next breakpoint or the end of the pass. The Taylor series from the nearer end of that step then
+//! leads to the event or to the limit.
 //!
 //! No operation mixes lanes, so a point has the same results beside any others.
 
