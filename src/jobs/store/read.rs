@@ -312,8 +312,7 @@ impl ResultTable {
     }
 
     /// A column of numbers of any type, or of lists of numbers, in the order of the rows. Each row gives its one
-    /// number,
-    /// the numbers of its list, or no number if it is null.
+    /// number, the numbers of its list, or no number if it is null.
     ///
     /// # Errors
     /// No such column, or of another type.

@@ -195,8 +195,7 @@ pub struct MachineRecord {
     /// NUMA nodes.
     pub numa_nodes: usize,
     /// Source of packages, cores, threads and nodes: `hwloc`, or the files of `/sys`; empty if unknown, and in records
-    /// of
-    /// earlier versions.
+    /// of earlier versions.
     #[serde(default)]
     pub topology: String,
     /// Memory \[bytes\]; 0 if unknown.

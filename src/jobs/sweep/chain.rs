@@ -1,14 +1,13 @@
 //! Points of a chain: each starts next to the end of the previous one (see [`CarriedState`]), and points between
 //! neighbours narrow down changes of motion.
 //!
-//! A change is found by halving the interval from the last point with a verdict (near side) to the present one
-//! (far side). A point has a verdict if the class of its motion is known. Every trial starts from the state of
-//! the near side, as the sweep would with a finer grid. A trial with the motion of the near side becomes the
-//! near side, otherwise the far side. A trial without a verdict ends the search with the present bracket: close
-//! to a bifurcation, motions settle slowly.
-//! Neighbours of one class and period may still lie on different branches. The interval is also halved if the
-//! deflection changes much more between them than between the points before. Halving the interval does not
-//! change the size of a jump, but it halves a continuous change.
+//! A change is found by halving the interval from the last point with a verdict (near side) to the present one (far
+//! side). A point has a verdict if the class of its motion is known. Every trial starts from the state of the near
+//! side, as the sweep would with a finer grid. A trial with the motion of the near side becomes the near side,
+//! otherwise the far side. A trial without a verdict ends the search with the present bracket: close to a bifurcation,
+//! motions settle slowly. Neighbours of one class and period may still lie on different branches. The interval is also
+//! halved if the deflection changes much more between them than between the points before. Halving the interval does
+//! not change the size of a jump, but it halves a continuous change.
 //!
 //! Without halving, a change of class is reported between neighbours of the grid. A change of the deflection
 //! is reported only if the previous change is known.

@@ -106,10 +106,8 @@ impl<'a> PointFamily<'a> {
     }
 
     /// The weighted sum of models. `offsets` has the steps from `at` to each model, and its weight. If a model cannot
-    /// be
-    /// built, the outer error says why. The inner error is a model of another shape than `model`, the model at `at`. At
-    /// a
-    /// change of shape, all models around `at` may have one shape, but no derivative exists.
+    /// be built, the outer error says why. The inner error is a model of another shape than `model`, the model at `at`.
+    /// At a change of shape, all models around `at` may have one shape, but no derivative exists.
     fn difference(
         &self,
         model: &Model,

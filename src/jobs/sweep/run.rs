@@ -265,8 +265,7 @@ impl Sweep<'_> {
     }
 
     /// Prepares the mesh tables, and their structures, of the first points of all unfinished chains. Returns the
-    /// warnings,
-    /// which it passes to `watcher`.
+    /// warnings, which it passes to `watcher`.
     fn prepare(
         &self,
         resumed: &ResumedSweep,

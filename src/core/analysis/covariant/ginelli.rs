@@ -1,11 +1,10 @@
 //! Covariant vectors in the basis of orthonormalised tangents.
 //!
 //! A cycle with the Jacobian J maps the tangents Q to `J Q = Q' R`, with R upper triangular. A prime marks the end of
-//! the cycle. Covariant vectors `V = Q C`,
-//! with `J V = V' D` and D diagonal, satisfy `R C = C' D`. From any upper triangular C at the end of a
-//! record, the backward recursion `C = R⁻¹ C' D` converges to the coefficients of the covariant vectors
-//! (Ginelli et al. 2007, 2013). Q is orthonormal, so that angles between the vectors are those between the
-//! columns of C.
+//! the cycle. Covariant vectors `V = Q C`, with `J V = V' D` and D diagonal, satisfy `R C = C' D`. From any upper
+//! triangular C at the end of a record, the backward recursion `C = R⁻¹ C' D` converges to the coefficients of the
+//! covariant vectors (Ginelli et al. 2007, 2013). Q is orthonormal, so that angles between the vectors are those
+//! between the columns of C.
 
 use crate::numerics::linalg::{product, symmetric_eigen};
 use crate::numerics::random::Stream;

@@ -1,11 +1,11 @@
 //! The eigenvectors of one system.
 //!
-//! In modal displacements and velocities x a system obeys `x' = A x`, with
-//! `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`, with sums over its closed contacts. K and D are diagonal; they are full
-//! if dampers, drag, gyroscopic terms or cross-coupled bearings couple modes. The coordinates z decompose A into 2 × 2
-//! blocks: `x = T z`, `z' = G z`. They do not depend on load or gap, and on the speed only with gyroscopic terms. The
-//! coordinates of free flight are the model's blocks, which are the modes if nothing couples them. Maps to and from
-//! "modes" in this file are maps to and from the model's blocks.
+//! In modal displacements and velocities x a system obeys `x' = A x`, with `A = [0 I; −K − Σ k g wᵀ, −D − Σ c g wᵀ]`,
+//! with sums over its closed contacts. K and D are diagonal; they are full if dampers, drag, gyroscopic terms or
+//! cross-coupled bearings couple modes. The coordinates z decompose A into 2 × 2 blocks: `x = T z`, `z' = G z`. They do
+//! not depend on load or gap, and on the speed only with gyroscopic terms. The coordinates of free flight are the
+//! model's blocks, which are the modes if nothing couples them. Maps to and from "modes" in this file are maps to and
+//! from the model's blocks.
 
 use super::sets::Sets;
 use crate::model::{Block, Model};

@@ -442,8 +442,8 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
 
 /// The driver of an idle gear with rigid flanks of restitution e and wide backlash oscillates with Γ times the
 /// acceleration that the drag gives the gear. The gear meets one flank once in n periods at the phase φ of the load,
-/// `sin φ = πn (1 − e) / ((1 + e) Γ)`. It doubles its period at
-/// `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴` (the map of a ball on a shaken table, Holmes 1982).
+/// `sin φ = πn (1 − e) / ((1 + e) Γ)`. It doubles its period at `Γ² = (πn (1 − e) / (1 + e))² + 4 (1 + e²)² / (1 + e)⁴`
+/// (the map of a ball on a shaken table, Holmes 1982).
 #[test]
 fn rigid_gear_rattle_doubles_where_its_closed_form_says() {
     for (restitution, n, published) in [
