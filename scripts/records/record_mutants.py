@@ -313,10 +313,10 @@ def main():
         record["tests"] = {module: TESTS[module] for module in counts}
         records = {asked.out: record}
     if drawn:
-        wanted = sorted({program_of(test) for module in {mutant["module"] for mutant in drawn} for test in TESTS[module]})
+        modules = sorted({mutant["module"] for mutant in drawn})
+        wanted = sorted({program_of(test) for module in modules for test in TESTS[module]})
         tree = copy_tree(scratch)
         left, dropped = viable(scratch, tree, drawn)
-        modules = sorted({mutant["module"] for mutant in drawn})
         for module in counts if not asked.only else []:
             counts[module]["lost"] = sum(m["module"] == module and m["number"] in dropped for m in drawn)
         programs = built(scratch, tree, wanted)

@@ -1,7 +1,6 @@
 //! Integration with any kernel, and its events.
 
 use super::state_difference;
-use gearatlas::analysis::EnergyNorm;
 use gearatlas::model::{FlankError, InitialState, Model, Stiffness, TrajectoryState};
 use gearatlas::propagate::{
     Counters, Event, Interruptible, Kernel, Observer, Stop, Volterra, Window,
@@ -134,17 +133,4 @@ pub fn cut_short<K: Kernel>(model: &Model, kernel: &K) -> [u64; 2] {
         assert_eq!(off, std::ptr::eq(watched, &flag));
         raising.0
     })
-}
-
-/// A state a few half gaps from the static one, from which contacts open and close.
-pub fn disturbed(model: &Model) -> TrajectoryState {
-    let start = model.start(&InitialState::Static);
-    let norm = EnergyNorm::new(model);
-    let mut state = start.state.clone();
-    let felt = norm.weighted_components();
-    let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
-    for (k, &i) in felt.iter().enumerate() {
-        state[i] += part * (1.7 * k as f64).cos() / norm.weights()[i];
-    }
-    TrajectoryState::new(model, state, 0)
 }

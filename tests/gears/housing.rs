@@ -3,10 +3,11 @@
 
 use crate::common;
 use crate::trains::off_extended;
-use common::advance::{Events, advance_with, disturbed, volterra};
+use common::advance::{Events, advance_with, volterra};
 use gearatlas::analysis::EnergyAudit;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model, Quantity};
+use gearatlas::verify::drives::disturbed;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};

@@ -4,13 +4,14 @@
 use crate::common;
 use crate::train_meshes::bearing_means;
 use crate::trains::off_extended;
-use common::advance::{Events, advance, advance_with, disturbed, follows_volterra, volterra};
+use common::advance::{Events, advance, advance_with, follows_volterra, volterra};
 use gearatlas::analysis::{EnergyAudit, Frequencies, Nvh};
 use gearatlas::gear::involute;
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model};
 use gearatlas::propagate::{ClosedModes, InstructionSet};
 use gearatlas::sweep::build;
+use gearatlas::verify::drives::disturbed;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -3,7 +3,7 @@
 
 use crate::common;
 use crate::planetary::{Plane, Set, directions, job, model};
-use common::advance::{Events, advance, advance_with, disturbed, volterra};
+use common::advance::{Events, advance, advance_with, volterra};
 use gearatlas::analysis::EnergyNorm;
 use gearatlas::model::{
     CoastFlank, Division, Drive, InitialState, MeshHarmonic, Model, OperatingPoint, TrajectoryState,
@@ -11,6 +11,7 @@ use gearatlas::model::{
 use gearatlas::reference::Reference;
 use gearatlas::structure::{FlankParticipation, ModalStructure};
 use gearatlas::sweep::build;
+use gearatlas::verify::drives::disturbed;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 /// Displacement of pins ahead of their positions \[m\].

@@ -3,12 +3,13 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{Events, advance, advance_with, disturbed, volterra};
+use common::advance::{Events, advance, advance_with, volterra};
 use gearatlas::analysis::{EnergyAudit, EnergyNorm, Nvh};
 use gearatlas::manifest::{self, Job};
 use gearatlas::model::{InitialState, Model, TrajectoryState};
 use gearatlas::reference::Extended;
 use gearatlas::sweep::build;
+use gearatlas::verify::drives::disturbed;
 use std::path::Path;
 
 fn text(name: &str) -> String {

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used)]
 
 use crate::common;
-use common::advance::{Events, advance_with, disturbed, settled, volterra};
+use common::advance::{Events, advance_with, settled, volterra};
 use gearatlas::analysis::{
     Effort, LyapunovConfig, NvhConfig, PointConfig, Power, PowerOutcome, Section, Signals,
     investigate,
@@ -16,6 +16,7 @@ use gearatlas::model::{
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::reference::{Moment, Reference};
 use gearatlas::structure::{ContactLaw, Coupling, HarmonicLoad, ModalStructure, StructureContact};
+use gearatlas::verify::drives::disturbed;
 use num_complex::{Complex64, c64};
 use std::f64::consts::TAU;
 use std::path::Path;

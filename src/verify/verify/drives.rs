@@ -3,6 +3,7 @@
 
 use super::CheckError;
 use super::candidate::Propagator;
+use crate::analysis::EnergyNorm;
 use crate::gear::{Flanks, GearPair, MeshTable, MeshTableInputs, MeshTablePiece};
 use crate::manifest::{
     self, DampingSpec, FrictionSpec, Job, ManifestText, StiffnessSpec, StructureSource,
@@ -142,6 +143,18 @@ pub fn grid() -> Result<Vec<Case>, CheckError> {
     Ok(job(&[])?.points.iter().map(case).collect())
 }
 
+/// A state a few half gaps from the static one, from which contacts open and close.
+pub fn disturbed(model: &Model) -> TrajectoryState {
+    let mut state = model.start(&InitialState::Static).state;
+    let norm = EnergyNorm::new(model);
+    let felt = norm.weighted_components();
+    let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
+    for (index, &component) in felt.iter().enumerate() {
+        state[component] += part * (1.7 * index as f64).cos() / norm.weights()[component];
+    }
+    TrajectoryState::new(model, state, 0)
+}
+
 /// A mesh without excitation. Its levels of stiffness \[N/m\] end at the given phases, the last one at 1. Without
 /// phases, all levels have the same length.
 pub fn quiet(half_gap: f64, levels: &[f64], ends: &[f64], damping: f64) -> Drive {
@@ -233,12 +246,17 @@ fn six_modes() -> Case {
 /// # Errors
 /// The built-in manifest is not as expected.
 pub(super) fn job(changes: &[&str]) -> Result<Job, CheckError> {
+    read(DEFAULT_DRIVE, "manifests/flex80.toml", changes)
+}
+
+/// A built-in manifest with some changed keys.
+pub(super) fn read(text: &str, name: &str, changes: &[&str]) -> Result<Job, CheckError> {
     let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
     let manifest = ManifestText {
-        text: DEFAULT_DRIVE,
+        text,
         changes: &changes,
     };
-    Ok(manifest.job("manifests/flex80.toml", Path::new(""))?)
+    Ok(manifest.job(name, Path::new(""))?)
 }
 
 /// Moments of inertia of both shafts about their axes \[kg m²\]. Each is the sum of the shaft (a solid cylinder), the

@@ -34,7 +34,7 @@ fn model(structure: &ModalStructure, speed: f64) -> Result<Model, CheckError> {
 }
 
 /// Times of the impacts of a mass that falls onto the stop, and the time at which it rests. With the acceleration g it
-/// arrives at `t₀ = √(2 b/g)` with the speed `v = g t₀`. The flight behind impact n takes `2 εⁿ v/g`. All flights
+/// arrives at `t₀ = √(2 b/g)` with the speed `v = g t₀`. The flight after impact n takes `2 εⁿ v/g`. All flights
 /// together take `2 v/g · ε/(1 − ε)`.
 fn falling(subjects: &Subjects, lines: &mut Vec<Line>) -> Result<(), CheckError> {
     let pull = 9.81;
@@ -96,14 +96,13 @@ fn contraction(subjects: &Subjects, lines: &mut Vec<Line>) -> Result<(), CheckEr
     };
     let model = model(&structure, shaken)?;
     for kernel in subjects.kernels.iter().filter(|k| k.supports(&model)) {
-        let kernel_name = &kernel.name;
-        let kernel = kernel.on(&model)?;
+        let propagator = kernel.on(&model)?;
         let mut start = TrajectoryState::new(&model, vec![0.0; 2], 0);
         let (mut worst, mut impacts) = (0.0f64, 0);
         let cycles = subjects.extent.pick(50, 5000);
         for _ in 0..cycles {
-            let passage = kernel.passage(&start, 1)?;
-            let multipliers = kernel.multipliers(&model, &start)?;
+            let passage = propagator.passage(&start, 1)?;
+            let multipliers = propagator.multipliers(&model, &start)?;
             let found: Option<f64> = multipliers.map(|all| all.iter().map(|m| m.norm().ln()).sum());
             let count = passage.events.iter().filter(|event| event.closes()).count();
             let exact = 2.0 * count as f64 * RESTITUTION.ln() - 2.0 * ratio * model.period();
@@ -112,7 +111,7 @@ fn contraction(subjects: &Subjects, lines: &mut Vec<Line>) -> Result<(), CheckEr
             start = passage.end;
         }
         lines.push(Line::at_most(
-            format!("{kernel_name}: sum of both exponents, {impacts} impacts"),
+            format!("{}: sum of both exponents, {impacts} impacts", kernel.name),
             "2 ln r per impact - 2 zeta w T",
             if 2 * impacts > cycles as usize { worst } else { f64::NAN },
             1e-11,

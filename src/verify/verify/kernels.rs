@@ -60,11 +60,6 @@ impl ExactTrajectory {
         events.sum()
     }
 
-    /// Error of a state \[half gaps\].
-    fn error(&self, exact: &ExtendedPassage, state: &[f64]) -> f64 {
-        self.norm.length(&exact.difference(state)) / self.norm.unit()
-    }
-
     fn departure(&self, kernel: &Candidate) -> Result<KernelErrors, CheckError> {
         let kernel = kernel.on(&self.model)?;
         let mut worst = KernelErrors::default();
@@ -80,7 +75,7 @@ impl ExactTrajectory {
                 && end.contact == exact.contact
                 && pairs().all(|(a, b)| (a.cycle, a.from, a.to) == (b.cycle, b.from, b.to));
             worst.strays += usize::from(!same);
-            worst.state = worse(worst.state, self.error(exact, &end.state));
+            worst.state = worse(worst.state, error(&self.norm, exact, &end.state));
             for (event, crossing) in pairs() {
                 let late = (event.time - crossing.time.value()) - crossing.time.rest();
                 worst.time = worse(worst.time, late.abs() / self.model.period());
@@ -95,16 +90,21 @@ impl ExactTrajectory {
         let mut worst = 0.0f64;
         for (start, exact) in self.cycles.iter().take(cycles) {
             let end = reference.advance(start, 1)?.end;
-            worst = worse(worst, self.error(exact, &end.state));
+            worst = worse(worst, error(&self.norm, exact, &end.state));
         }
         Ok(worst)
     }
 }
 
-const EXTENDED: &str = "integrator of 30 digits";
+pub(super) const EXTENDED: &str = "integrator of 30 digits";
 
 /// Why a kernel with tables is not compared on a drive.
 const VARYING: &str = "tables cannot follow stiffness that varies within a segment";
+
+/// Error of a state at the end of an exact passage \[half gaps\].
+pub(super) fn error(norm: &EnergyNorm, exact: &ExtendedPassage, state: &[f64]) -> f64 {
+    norm.length(&exact.difference(state)) / norm.unit()
+}
 
 /// Exact trajectories, with a name for the report.
 pub(super) struct Truths {

@@ -2,14 +2,12 @@
 
 use super::kernels::{ExactTrajectory, Truths, compare};
 use super::report::worse;
-use super::{CheckError, Line, Subjects};
-use crate::analysis::{EnergyNorm, Frequencies};
-use crate::manifest::ManifestText;
-use crate::model::{InitialState, Model, TrajectoryState};
+use super::{CheckError, Line, Subjects, drives};
+use crate::analysis::Frequencies;
+use crate::model::Model;
 use crate::store::TableStore;
 use crate::sweep::Prepared;
 use std::f64::consts::TAU;
-use std::path::Path;
 
 const PLANETARY: &str = include_str!("../../../tests/data/lin-parker.toml");
 const PUBLISHED: &str = include_str!("../../../tests/data/planetary-modes.toml");
@@ -18,18 +16,18 @@ const TWO_STAGE: &str = include_str!("../../../manifests/trains/two-stage.toml")
 /// Number of planets of the compared set.
 const PLANETS: i64 = 4;
 
-/// Published frequencies of a family of modes \[Hz\], each as often as it occurs.
-fn family(set: &toml::Table, name: &str, times: usize) -> Result<Vec<(f64, usize)>, CheckError> {
+/// Published frequencies of a family of modes \[Hz\].
+fn family(set: &toml::Table, name: &str) -> Result<Vec<f64>, CheckError> {
     let column = set.get(name).and_then(toml::Value::as_array);
     let column = column.ok_or(CheckError::Missing {
         what: "a family of published frequencies",
     })?;
-    let frequencies = column.iter().filter_map(toml::Value::as_float);
-    Ok(frequencies.map(|frequency| (frequency, times)).collect())
+    Ok(column.iter().filter_map(toml::Value::as_float).collect())
 }
 
-/// Natural frequencies of a planetary set with four planets in contact. Those of the set as a whole occur once, those with
-/// motion of the axes twice, those of the planets alone once, as with three less than the number of planets.
+/// Compares the natural frequencies in contact of a planetary set with four planets. Each frequency of the torsional modes
+/// occurs once, and each one of the modes that move the axes twice. The frequencies of the modes in which only planets move
+/// occur as often as the number of planets exceeds three: here once.
 pub fn planetary(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     const MISSING: CheckError = CheckError::Missing {
         what: "the published planetary set",
@@ -40,9 +38,9 @@ pub fn planetary(_: &Subjects) -> Result<Vec<Line>, CheckError> {
         .ok_or(MISSING)?
         .iter()
         .filter_map(toml::Value::as_table);
-    let planets =
+    let has_planets =
         |set: &&toml::Table| set.get("planets").and_then(toml::Value::as_integer) == Some(PLANETS);
-    let set = sets.find(planets).ok_or(MISSING)?;
+    let set = sets.find(has_planets).ok_or(MISSING)?;
     let model = of_manifest(PLANETARY, &[], 0)?;
     let found = Frequencies::of(&model).closed;
     let found: Vec<f64> = found.iter().map(|own| own.mode.frequency / TAU).collect();
@@ -53,9 +51,9 @@ pub fn planetary(_: &Subjects) -> Result<Vec<Line>, CheckError> {
     ];
     let mut lines = Vec::new();
     for (name, times, kind) in families {
-        let published = family(set, name, times)?;
+        let published = family(set, name)?;
         let mut worst = 0.0f64;
-        for &(frequency, times) in &published {
+        for frequency in &published {
             let mut off: Vec<f64> = found
                 .iter()
                 .map(|other| (other / frequency - 1.0).abs())
@@ -77,23 +75,9 @@ pub fn planetary(_: &Subjects) -> Result<Vec<Line>, CheckError> {
 
 /// The model of a point of a manifest with some changed keys.
 fn of_manifest(text: &str, changes: &[&str], point: usize) -> Result<Model, CheckError> {
-    let changes: Vec<String> = changes.iter().map(|&change| change.to_owned()).collect();
-    let changes = &changes;
-    let job = ManifestText { text, changes }.job("train.toml", Path::new(""))?;
+    let job = drives::read(text, "train.toml", changes)?;
     let parts = Prepared::new(TableStore::in_memory());
     Ok(parts.model(&job.points.at(point)).map_err(Box::new)?)
-}
-
-/// A state a few half gaps from the static one, from which contacts open and close.
-fn disturbed(model: &Model) -> TrajectoryState {
-    let mut state = model.start(&InitialState::Static).state;
-    let norm = EnergyNorm::new(model);
-    let felt = norm.weighted_components();
-    let part = 4.0 * norm.unit() / (felt.len() as f64).sqrt();
-    for (index, &component) in felt.iter().enumerate() {
-        state[component] += part * (1.7 * index as f64).cos() / norm.weights()[component];
-    }
-    TrajectoryState::new(model, state, 0)
 }
 
 /// Compares single mesh cycles of trains: state, event times, sequence of events.
@@ -111,7 +95,7 @@ pub fn trains(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     ];
     let mut truths = Vec::new();
     for (name, model) in models {
-        let start = disturbed(&model);
+        let start = drives::disturbed(&model);
         truths.push(Truths {
             name: name.to_owned(),
             trajectories: vec![ExactTrajectory::new(model, start, cycles)?],

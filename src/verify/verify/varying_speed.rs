@@ -1,5 +1,6 @@
 //! Drives whose speed varies: run-ups and the drive of an FMU.
 
+use super::kernels::{EXTENDED, error};
 use super::report::worse;
 use super::{CheckError, Line, Subjects, drives};
 use crate::analysis::EnergyNorm;
@@ -36,13 +37,14 @@ pub fn run_up(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
         let kernel =
             VaryingSpeed::new(&case.structure, &model, EVENT_LIMIT, InstructionSet::best())?;
         let (period, norm) = (model.period(), EnergyNorm::new(&model));
-        // The phase is 1 + a t/2 times t. It passes one period T at (√(1 + 2 a T) − 1)/a.
+        // The phase grows as t + a t²/2. It passes one period T at (√(1 + 2 a T) − 1)/a.
         let duration = 2.0 * period / (1.0 + (1.0 + 2.0 * GROWTH).sqrt());
         let speed = 1.0 / (kernel.cycles_per_radian() * period);
         let mut interval = SpeedInterval::steady(duration, speed, model.load);
         interval.rotation[2] = 0.5 * GROWTH / period * speed;
         let extended = Extended::new(&model).accelerated(GROWTH / period);
         let mut start = drives::rattling(&model)?;
+        let mut workspace = kernel.workspace();
         for _ in 0..cycles {
             let exact = extended.advance(&start, 1)?;
             let mut motion = kernel.start(&start);
@@ -50,7 +52,7 @@ pub fn run_up(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             kernel.advance(
                 &mut motion,
                 &interval,
-                &mut kernel.workspace(),
+                &mut workspace,
                 &mut seen,
                 &mut counters,
             )?;
@@ -61,37 +63,33 @@ pub fn run_up(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
             for ((phase, _), known) in pairs() {
                 time = worse(time, (phase - known.time.value() / period).abs());
             }
-            state = worse(
-                state,
-                norm.length(&exact.difference(&motion.state)) / norm.unit(),
-            );
+            state = worse(state, error(&norm, &exact, &motion.state));
             events += seen.0.len();
             start = exact.end();
         }
         compared += cycles;
     }
-    let against = "integrator of 30 digits";
     Ok(vec![
         Line::at_most(
             format!(
                 "speed that grows by 5 % a cycle, {} drives: state",
                 subjects.cases.len()
             ),
-            against,
+            EXTENDED,
             state,
             1e-12,
             "half gaps",
         ),
         Line::at_most(
             format!("the same: phases of {events} events"),
-            against,
+            EXTENDED,
             time,
             1e-12,
             "cycles",
         ),
         Line::at_most(
             format!("the same: sequence of events, {compared} cycles"),
-            against,
+            EXTENDED,
             strays as f64,
             0.0,
             "cycles",
@@ -99,7 +97,7 @@ pub fn run_up(subjects: &Subjects) -> Result<Vec<Line>, CheckError> {
     ])
 }
 
-/// Steps of an importer, as parts of a mesh cycle. The last one ends it.
+/// Steps of an importer, as parts of a mesh cycle. One more step ends the cycle.
 const STEPS: [f64; 5] = [0.07, 0.31, 0.02, 0.25, 0.2];
 
 /// Compares mesh cycles of an FMU's drive in uneven steps, at a constant speed under a load that does not accelerate it.
@@ -127,9 +125,7 @@ fn stepped_cycles(subjects: &Subjects, drive: &Drive) -> Result<Line, CheckError
         plant.step(&mut live, rest)?;
         let exact = extended.advance(&start, 1)?;
         let state = live.motion.as_ref().map(|motion| &motion.state);
-        let off = state.map_or(f64::NAN, |state| {
-            norm.length(&exact.difference(state)) / norm.unit()
-        });
+        let off = state.map_or(f64::NAN, |state| error(&norm, &exact, state));
         worst = worse(worst, off);
         start = exact.end();
     }
@@ -139,14 +135,14 @@ fn stepped_cycles(subjects: &Subjects, drive: &Drive) -> Result<Line, CheckError
             STEPS.len() + 1,
             live.events
         ),
-        "integrator of 30 digits",
+        EXTENDED,
         if live.events > cycles { worst } else { f64::NAN },
         1e-12,
         "half gaps",
     ))
 }
 
-/// Compares the mean speed under torques without balance with that of a rigid body,
+/// Compares the mean speed under two torques that are not in balance with that of a rigid body,
 /// `ω = ω₀ + (T₁ + T₂ u) t / (J₁ + J₂ u²)` with the ratio u of the numbers of teeth.
 fn mean_speed(drive: &Drive) -> Result<Line, CheckError> {
     const STEP: f64 = 1e-4;
@@ -173,7 +169,7 @@ fn mean_speed(drive: &Drive) -> Result<Line, CheckError> {
     ))
 }
 
-/// What an importer steps, at its start.
+/// The plant and the state of an FMU after its initialization.
 fn begun(drive: &Drive) -> Result<(Plant, LiveState), CheckError> {
     let description = drive.description();
     let parameters = description.parameters_at_start();
