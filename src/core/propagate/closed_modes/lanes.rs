@@ -104,11 +104,23 @@ fn shifted_map_body<V: Vector>(
         let (rest, out) = (&states[first * length..], &mut out[first * length..]);
         first += match count - first {
             4.. if V::WIDE => map_states::<V, 4>(columns, mixed, rest, out),
-            2.. if V::WIDE => map_states::<V, 2>(columns, mixed, rest, out),
+            2.. if V::FUSED => map_states::<V, 2>(columns, mixed, rest, out),
             _ => map_states::<V, 1>(columns, mixed, rest, out),
         };
     }
     add_responses_body::<V>(behind, inputs, -1.0, &mut out[..length]);
+}
+
+/// Number of sums that fit into registers with a weight of each state: 32 registers of a lane group, 16 of half a
+/// group, or 16 of a quarter.
+const fn most_sums<V: Vector>() -> usize {
+    if V::WIDE {
+        20
+    } else if V::FUSED {
+        6
+    } else {
+        3
+    }
 }
 
 /// Maps a batch of states. Processes as many lane groups of rows at a time as fit into registers with their
@@ -123,12 +135,12 @@ fn map_states<V: Vector, const COUNT: usize>(
     let mut row = 0;
     while row < mixed.alone.len() {
         let left = (mixed.alone.len() - row) / LANES;
-        row += match (COUNT, left) {
-            (1, 10..) if V::WIDE => map_rows::<V, COUNT, 10>(columns, mixed, states, row, out),
-            (1, 6..) if V::WIDE => map_rows::<V, COUNT, 6>(columns, mixed, states, row, out),
-            (..=2, 4..) => map_rows::<V, COUNT, 4>(columns, mixed, states, row, out),
-            (_, 3..) => map_rows::<V, COUNT, 3>(columns, mixed, states, row, out),
-            (_, 2..) => map_rows::<V, COUNT, 2>(columns, mixed, states, row, out),
+        row += match left.min(most_sums::<V>() / COUNT) {
+            10.. => map_rows::<V, COUNT, 10>(columns, mixed, states, row, out),
+            6.. => map_rows::<V, COUNT, 6>(columns, mixed, states, row, out),
+            4.. => map_rows::<V, COUNT, 4>(columns, mixed, states, row, out),
+            3 => map_rows::<V, COUNT, 3>(columns, mixed, states, row, out),
+            2 => map_rows::<V, COUNT, 2>(columns, mixed, states, row, out),
             _ => map_rows::<V, COUNT, 1>(columns, mixed, states, row, out),
         };
     }
@@ -146,36 +158,33 @@ fn map_rows<V: Vector, const COUNT: usize, const G: usize>(
     out: &mut [f64],
 ) -> usize {
     let length = mixed.alone.len();
-    // Separate sums of first and second components hide the latency of the multiply-add.
-    let mut sums = [[[V::zero(); G]; COUNT]; 2];
-    if mixed.modes.len() < mixed.all {
-        for c in 0..COUNT {
-            for g in 0..G {
-                let at = row + g * LANES;
-                let alone = V::read(&mixed.alone[at..]);
-                sums[0][c][g] = alone.times(V::read(&states[c * length + at..]));
-            }
-        }
-    }
-    for &j in &mixed.modes {
-        for way in 0..2 {
-            let column = &columns[(way * mixed.all + j) * length + row..][..G * LANES];
-            let mut numbers = [V::zero(); G];
-            for g in 0..G {
-                numbers[g] = V::read(&column[g * LANES..]);
-            }
+    // The columns of all first components lie before those of all second ones.
+    for way in 0..2 {
+        let columns = &columns[way * mixed.all * length + row..];
+        let components = &states[way * (length / 2)..];
+        let mut sums = [[V::zero(); G]; COUNT];
+        for &j in &mixed.modes {
+            let column = &columns[j * length..][..G * LANES];
+            let mut weights = [V::zero(); COUNT];
             for c in 0..COUNT {
-                let weight = V::splat(states[c * length + way * (length / 2) + j]);
-                for g in 0..G {
-                    sums[way][c][g] = numbers[g].multiply_add(weight, sums[way][c][g]);
+                weights[c] = V::splat(components[c * length + j]);
+            }
+            for g in 0..G {
+                let numbers = V::read(&column[g * LANES..]);
+                for c in 0..COUNT {
+                    sums[c][g] = numbers.multiply_add(weights[c], sums[c][g]);
                 }
             }
         }
-    }
-    for c in 0..COUNT {
-        for g in 0..G {
-            let sum = sums[0][c][g].plus(sums[1][c][g]);
-            sum.write(&mut out[c * length + row + g * LANES..]);
+        for c in 0..COUNT {
+            for g in 0..G {
+                let (at, place) = (row + g * LANES, c * length + row + g * LANES);
+                let before = match way {
+                    0 => V::read(&mixed.alone[at..]).times(V::read(&states[place..])),
+                    _ => V::read(&out[place..]),
+                };
+                before.plus(sums[c][g]).write(&mut out[place..]);
+            }
         }
     }
     G * LANES
