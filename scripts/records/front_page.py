@@ -126,11 +126,12 @@ def by_hand() -> list[str]:
     """Comparison with a program for one drive."""
     cases = load("by-hand", "raw.json")["cases"]
     kinds = ("bare", "tangent")
+    instructions = {"avx512": "AVX-512", "avx2": "AVX2"}[cases[0]["instructions"]]
     peer = [[case["peer"][kind][1] for kind in kinds] for case in cases]
     lines = [
         "A program in C, written by hand for this drive with mirrored flanks only, computes the same motion "
         f"({link('by-hand', text='by hand')}). It does not prove that it misses no event. The table has its time "
-        "without / with a tangent, and the times of the kernels divided by it:",
+        f"without / with a tangent, and the times of the kernels divided by it, with {instructions} instructions:",
         "",
         "| one cycle | " + " | ".join(f"{case['modes']} modes" for case in cases) + " |",
         "|---" * (1 + len(cases)) + "|",

@@ -45,7 +45,7 @@ def main() -> None:
                 f"record_by_hand: at {case['modes']} modes the peer's motion and tangent are {apart} from those of volterra; "
                 f"at most {ACCEPTED} is accepted"
             )
-    compilers = [output("rustc", "--version"), output("cc", "--version").split("\n")[0]]
+    compilers = [output("rustc", "--version"), output("clang", "--version").split("\n")[0]]
     record = {"command": "scripts/record by-hand", **this_run(), "compilers": compilers, "unit": "s", **record}
     heads = [f"N = {case['modes']}" for case in cases]
     lines = [

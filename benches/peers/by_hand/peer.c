@@ -16,8 +16,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifndef __AVX512F__
-#error "this program is written for AVX-512: GCC makes slow code of its vectors elsewhere, and its times would say nothing"
+#ifndef __clang__
+#error "compile this with clang: without AVX-512, GCC makes slow code of vectors of eight, and its times would say nothing"
 #endif
 
 typedef double v8 __attribute__((vector_size(64)));
@@ -34,6 +34,11 @@ enum {
     MODAL = 9, // not a system, but the modes: what is a real part elsewhere is a displacement, what is imaginary a velocity
     SYSTEMS = 10,
     MOST = 5, // most vectors of eight real parts
+#ifdef __AVX512F__
+    SUMS = 20, // vectors of eight that registers hold as sums
+#else
+    SUMS = 6,
+#endif
     LONG = 15,
     SHORT = 5, // terms of the series of e^w for |w| < 0.5 and for |w| < 1e-3
 };
@@ -95,7 +100,7 @@ INLINE void exponential(const v8 *rates, double t, const int terms, v8 *e, const
     for (int k = 0; k < V; k++) {
         v8 re = rates[k] * t, im = rates[V + k] * t, twice = re + re, square = re * re + im * im;
         v8 a = (v8){0} + FACTOR[terms - 1], b = (v8){0} + FACTOR[terms - 2];
-#pragma GCC unroll 16
+#pragma unroll
         for (int n = terms - 3; n >= 0; n--) {
             v8 before = a;
             a = b + twice * a;
@@ -138,19 +143,28 @@ INLINE void move_by(Drive *d, double nodes, const int V, const int columns) {
     move(d, e, nodes * d->head.step, V, columns);
 }
 
-// Changes the system: one dense product, of motion and tangent at once.
+// Changes the system: one dense product, of motion and tangent at once, as many rows at a time as registers hold sums.
 INLINE void change(Drive *d, int to, const int V, const int columns) {
     const v8 *table = d->changes + (size_t)(d->system * SYSTEMS + to) * (2 * d->slots - 1) * 2 * V;
-    v8 out[2][2 * MOST] = {0};
-    for (int part = 0; part < 2; part++) {
-        // The last amplitude is 1: it has no imaginary part.
-        for (int k = 0; k < d->slots - part; k++, table += 2 * V) {
-            for (int c = 0; c < columns; c++) {
-                double z = ((double *)d->z[c])[8 * V * part + k];
-#pragma GCC unroll 10
-                for (int i = 0; i < 2 * V; i++) out[c][i] += table[i] * z;
+    const int most = SUMS / columns;
+    v8 out[2][2 * MOST];
+#pragma unroll
+    for (int first = 0; first < 2 * V; first += most) {
+        const v8 *column = table + first;
+        v8 sums[2][SUMS] = {0};
+        for (int part = 0; part < 2; part++) {
+            // The last amplitude is 1: it has no imaginary part.
+            for (int k = 0; k < d->slots - part; k++, column += 2 * V) {
+                for (int c = 0; c < columns; c++) {
+                    double z = ((double *)d->z[c])[8 * V * part + k];
+#pragma unroll
+                    for (int i = 0; i < most && first + i < 2 * V; i++) sums[c][i] += column[i] * z;
+                }
             }
         }
+        for (int c = 0; c < columns; c++)
+#pragma unroll
+            for (int i = 0; i < most && first + i < 2 * V; i++) out[c][first + i] = sums[c][i];
     }
     for (int c = 0; c < columns; c++)
         for (int i = 0; i < 2 * V; i++) d->z[c][i] = out[c][i];
@@ -196,7 +210,7 @@ INLINE int any(m8 x) {
 // Value and slope of a polynomial through the nodes in Newton's form; without its factor x where `first` is 1.
 INLINE double polynomial(const double *d, int first, double x, double *slope) {
     double value = *slope = 0;
-#pragma GCC unroll 9
+#pragma unroll
     for (int i = NODES; i >= first; i--) {
         *slope = *slope * (x - i) + value;
         value = value * (x - i) + d[i];
@@ -210,7 +224,7 @@ static double first_root(double start, v8 margin, int crossed) {
     double g[NODES + 1] = {start}, d[NODES + 1] = {start}, slope;
     memcpy(g + 1, &margin, sizeof margin);
     v8 differences = margin - behind((v8){0} + start, margin);
-#pragma GCC unroll 8
+#pragma unroll
     for (int order = 1; order <= NODES; order++) {
         d[order] = FACTOR[order] * differences[0];
         differences = __builtin_shufflevector(differences, differences, 1, 2, 3, 4, 5, 6, 7, 7) - differences;
