@@ -37,7 +37,8 @@ pub struct TraceArgs {
     /// Also record modal displacements and velocities.
     #[arg(long)]
     pub modal: bool,
-    /// Also record deflections and forces of all meshes, torques, accelerations, and rotations of gears relative to the mean rotation, one column each.
+    /// Also record deflections and forces of all meshes, torques, accelerations, and rotations of gears relative to the
+    /// mean rotation, one column each.
     #[arg(long)]
     pub outputs: bool,
     /// Write the files to this folder [default: results/JOB/trace-POINT].

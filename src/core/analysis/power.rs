@@ -34,7 +34,7 @@ type Sums = [f64; Cause::COUNT + 2];
 pub struct Power {
     balance: Balance<'static>,
     /// Contacts at the start of the first window.
-    first: Option<WindowEndContacts>,
+    first_contacts: Option<WindowEndContacts>,
     /// Energy stored at the end of the last cycle \[J\]; before that, at the start of the first window.
     energy: f64,
     sums: BlockSums<Sums>,
@@ -46,7 +46,7 @@ impl Power {
     pub fn new(model: &Model) -> Self {
         Self {
             balance: Balance::new(ModalMotion::of(Cow::Owned(model.clone()))),
-            first: None,
+            first_contacts: None,
             energy: 0.0,
             sums: BlockSums::new(Sums::default(), CYCLES_PER_STRETCH),
             repeats: false,
@@ -56,7 +56,7 @@ impl Power {
     /// Forgets everything accumulated.
     pub fn restart(&mut self) {
         self.balance.restart();
-        self.first = None;
+        self.first_contacts = None;
         self.sums.restart();
         self.repeats = false;
     }
@@ -69,7 +69,10 @@ impl Power {
     /// Appends the record of another trajectory of the same model. The sum can be evaluated but not
     /// continued.
     pub fn append(&mut self, other: &Self) {
-        self.first = self.first.take().or_else(|| other.first.clone());
+        self.first_contacts = self
+            .first_contacts
+            .take()
+            .or_else(|| other.first_contacts.clone());
         self.sums.append(&other.sums);
     }
 
@@ -90,10 +93,10 @@ impl Power {
     /// Mean powers and their standard errors after whole mesh cycles; `None` before any window. Errors have
     /// no meaning for a periodic motion.
     pub fn outcome(&self) -> Option<[PowerOutcome; 2]> {
-        let first = self.first.as_ref()?;
+        let first_contacts = self.first_contacts.as_ref()?;
         let mut total = self.sums.total();
         if self.repeats {
-            self.balance.step_to(first, &mut |cause, work| {
+            self.balance.step_to(first_contacts, &mut |cause, work| {
                 total[cause as usize] += work;
                 total[STORED_INDEX] += work;
             });
@@ -112,8 +115,8 @@ impl Observer for Power {
     const WINDOWS: bool = true;
 
     fn window(&mut self, window: &Window<'_>) {
-        if self.first.is_none() {
-            self.first = Some(WindowEndContacts::start(self.balance.model(), window));
+        if self.first_contacts.is_none() {
+            self.first_contacts = Some(WindowEndContacts::start(self.balance.model(), window));
             self.energy = self.balance.stored_before(window);
         }
         let sums = self.sums.current();

@@ -291,16 +291,16 @@ impl Basis {
     /// The blocks' state (length 2N: first components, then second) of modal displacements
     /// \[m √kg\] and velocities \[m √kg/s\] of the structure.
     pub fn state(&self, displacement: &[f64], velocity: &[f64]) -> Vec<f64> {
-        let mut modes = self.turn(displacement);
-        modes.extend(self.turn(velocity));
-        self.state_of_turned(&modes)
+        let mut turned = self.turn(displacement);
+        turned.extend(self.turn(velocity));
+        self.state_of_turned(&turned)
     }
 
     /// The blocks' state for rotated modal displacements and velocities, one after the other.
-    pub fn state_of_turned(&self, modes: &[f64]) -> Vec<f64> {
+    pub fn state_of_turned(&self, turned: &[f64]) -> Vec<f64> {
         match &self.coupled {
-            None => modes.to_vec(),
-            Some(coupled) => times(&coupled.from_modes, modes),
+            None => turned.to_vec(),
+            Some(coupled) => times(&coupled.from_modes, turned),
         }
     }
 
@@ -314,8 +314,8 @@ impl Basis {
 
     /// Modal displacements \[m √kg\] and velocities \[m √kg/s\] of the structure in a state.
     pub fn modes(&self, state: &[f64]) -> [Vec<f64>; 2] {
-        let modes = self.turned_modes(state);
-        let (displacement, velocity) = modes.split_at(modes.len() / 2);
+        let turned = self.turned_modes(state);
+        let (displacement, velocity) = turned.split_at(turned.len() / 2);
         [self.turn_back(displacement), self.turn_back(velocity)]
     }
 }

@@ -333,7 +333,7 @@ impl Model {
     }
 }
 
-/// Velocities of the rigid motions at which the touching contacts move with their surfaces.
+/// Velocities of the rigid motions. They keep touching contacts on their surfaces.
 fn rates(all: &[RotatedStaticContact], contacts: &Contacts, rest: &StaticState) -> Vec<f64> {
     let stretches = contacts.stretches(&rest.forces, &rest.place);
     let touches = |i: &usize| stretches[*i] >= -contacts.noise(*i, &rest.forces, &rest.place);

@@ -89,7 +89,7 @@ impl Changes {
         }
     }
 
-    /// Counts a window that starts at `time` \[s\] of a mesh cycle with the length `period` \[s\].
+    /// Counts a window that starts at `time` \[s\] of a mesh cycle of `period` \[s\].
     ///
     /// # Errors
     /// [`Stop::Stuck`] if the cycle has more windows than its grid and its events can cause.

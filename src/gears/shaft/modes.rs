@@ -234,7 +234,7 @@ impl Modes {
                 scale += moduli * moduli / pencil.inertia(row);
             }
             let relative = (residual / scale).sqrt();
-            // A mode without stiffness has no terms and is exact; a NaN must fail.
+            // The scale is zero only if K = 0: every mode is exact. A NaN must fail.
             let holds =
                 scale == 0.0 || residual.sqrt() <= RESIDUAL_BOUND * scale.sqrt() + round_off;
             if !holds {

@@ -30,11 +30,11 @@ impl Expression {
         let digits = number_length(number);
         let behind = number[digits..].trim_start();
         // A unit follows a number without an operator.
-        let quantity = digits > 0 && !behind.starts_with(OPERATORS);
+        let is_quantity = digits > 0 && !behind.starts_with(OPERATORS);
         let joins = behind.contains(OPERATORS) || behind.contains(['(', '[', '.', '\'']);
-        let axis = !AxisKey::of(text).is_model_key();
-        !quantity
-            && (joins || axis)
+        let is_axis = !AxisKey::of(text).is_model_key();
+        !is_quantity
+            && (joins || is_axis)
             && text.parse::<f64>().is_err()
             && units::parse_any(text).is_err()
     }

@@ -78,8 +78,8 @@ fn parse(issues: &Issues, source: usize) -> Option<ModalFile> {
 }
 
 fn read(root: &Section) -> Option<ModalStructure> {
-    let oscillator = oscillator::has_no_mesh(root);
-    let given = |name: &str| !oscillator || root.has(name);
+    let is_oscillator = oscillator::has_no_mesh(root);
+    let given = |name: &str| !is_oscillator || root.has(name);
     let teeth = if given("teeth") { root.integer("teeth") } else { Some(1) };
     let wheel_teeth = root.if_given("teeth_wheel", Section::integer);
     let rated_force = if given("rated_force") { root.quantity("rated_force") } else { Some(1.0) };
@@ -87,7 +87,7 @@ fn read(root: &Section) -> Option<ModalStructure> {
     let modes = frequency.as_ref().map(Vec::len);
     let damping = column(root, "damping", modes);
     let contacts = contacts::read(root, modes);
-    let [mesh, torque] = if oscillator {
+    let [mesh, torque] = if is_oscillator {
         let lines = oscillator::lines(root, modes, contacts.as_deref());
         lines.map_or([None, None], |lines| lines.map(Some))
     } else {

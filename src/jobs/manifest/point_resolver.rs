@@ -37,7 +37,7 @@ struct KeptPoint {
     combinations: Combinations,
     /// Whether the grid gives a torque instead of a load. The torque then stays constant when the rated
     /// torque changes.
-    torque: bool,
+    has_torque: bool,
     base_dir: PathBuf,
     modal_files: HashMap<PathBuf, Option<Arc<ModalFile>>>,
     /// The tree of the modal file with the values that commands set.
@@ -67,7 +67,7 @@ impl PointResolver {
             modal_changed: changed_modal_tree.is_some(),
             modal_tree: changed_modal_tree.or_else(|| file().map(|file| file.tree.clone())),
             combinations: Combinations::new(&axes, dimensions),
-            torque: axes.iter().any(|axis| axis.axis.key == AxisKey::Torque),
+            has_torque: axes.iter().any(|axis| axis.axis.key == AxisKey::Torque),
             keys: axes.into_iter().filter(GridAxis::is_model_key).collect(),
             base_dir: context.base_dir.to_path_buf(),
             modal_files: context.modal_files,
@@ -134,7 +134,7 @@ impl PointResolver {
 
     /// Whether the points of the grid have a torque instead of a load.
     pub(super) fn has_torque(&self) -> bool {
-        self.0.torque
+        self.0.has_torque
     }
 
     /// The index of a model key among the axes.

@@ -174,7 +174,7 @@ fn detail(bifurcation: &Bifurcation) -> String {
         Kind::Graze { extreme } => Some(format!(
             "contact {} from {} at {:.6} cycles",
             extreme.contact + 1,
-            if extreme.minimum { "inside" } else { "outside" },
+            if extreme.is_minimum { "inside" } else { "outside" },
             extreme.time
         )),
         Kind::Merging { period } => Some(format!("the orbits of period {period}")),

@@ -133,8 +133,8 @@ impl TableReader {
                     let first_not_finite =
                         |list: usize| Some((list, not_finite(&lists.value(list))?.1));
                     let suspect = not_finite(lists.values()).is_some();
-                    let valid = |&list: &usize| suspect && lists.is_valid(list);
-                    (0..lists.len()).filter(valid).find_map(first_not_finite)
+                    let to_check = |&list: &usize| suspect && lists.is_valid(list);
+                    (0..lists.len()).filter(to_check).find_map(first_not_finite)
                 }),
                 _ => None,
             };

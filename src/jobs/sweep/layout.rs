@@ -159,7 +159,7 @@ pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
     let swept = carried.map(|carried| GridDimension::of(&job.dimensions, carried.axis));
     let faster = (dimension + 1..job.dimensions.len()).filter(|place| Some(*place) != swept);
     let inside: usize = faster.map(|place| job.dimensions[place].length).product();
-    let chain = carried.map_or(1, |carried| carried.length * carried.directions.len());
+    let chain_length = carried.map_or(1, |carried| carried.length * carried.directions.len());
     Some(SampleColumns {
         axes: (samples.axes.iter())
             .map(|(axis, _)| job.axes[*axis].name().to_owned())
@@ -167,7 +167,7 @@ pub fn sample_columns(job: &Job) -> Option<SampleColumns> {
         design: samples.design.name().to_owned(),
         samples: samples.count,
         rows: job.dimensions[dimension].length,
-        stride: chain * inside,
+        stride: chain_length * inside,
     })
 }
 

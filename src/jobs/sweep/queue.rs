@@ -239,8 +239,8 @@ impl<'a> Queue<'a> {
     }
 
     /// Makes a worker compute chains until none is left, the run is interrupted, or `compute` stops. Chains of points
-    /// with few modes are computed side by side. `written` is the number of points that have left the writer's memory.
-    /// `pause` waits while too many rows wait for older points.
+    /// with few modes are computed side by side. `written` and `node` are those of [`next`](Self::next). `pause` waits
+    /// while too many rows wait for older points.
     pub(super) fn serve(
         &self,
         written: impl Fn() -> u64,

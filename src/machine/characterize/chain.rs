@@ -108,11 +108,11 @@ fn page_by_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
 /// Links lines in the order of [`PageToPage`]. Returns the first line.
 fn page_to_page(lines: usize, mut link: impl FnMut(usize, usize)) -> usize {
     let order = PageToPage::new(lines);
-    let pages = order.pages.len();
+    let page_count = order.pages.len();
     // Write page by page, not along the ring, so that each page is looked up once.
-    for page in 0..pages {
+    for page in 0..page_count {
         for lap in 0..order.places.len() {
-            let at = lap * pages + page;
+            let at = lap * page_count + page;
             link(order.line(at), order.line((at + 1) % order.ring()));
         }
     }

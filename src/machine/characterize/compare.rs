@@ -141,8 +141,8 @@ pub fn machine_rate(machine: &Characteristics, modes: usize, threads: u64) -> Op
 
 type Row = Measurement<SolverKey>;
 
-/// The measurement of the largest team of at most `threads` threads, at the number of modes closest to
-/// `modes`.
+/// The row of `volterra` with modes closest to `modes`, at the usual number of points and at most `threads` threads.
+/// Of several, the one with the most threads.
 fn usual<'r>(
     rows: impl IntoIterator<Item = &'r Row>,
     modes: usize,

@@ -84,8 +84,10 @@ pub fn measure(
             reader.turn_back();
             let read = team::rounds_for(REPETITION, |n| reader.read(stride, n * 64)) * 64;
             // A small buffer is read in whole passes.
-            let whole = if lines < read { read.next_multiple_of(lines) } else { read };
-            reader.lines.push(whole.clamp(64, MOST_LINES.max(lines)));
+            let line_count = if lines < read { read.next_multiple_of(lines) } else { read };
+            reader
+                .lines
+                .push(line_count.clamp(64, MOST_LINES.max(lines)));
         }
         Ok(reader)
     };

@@ -302,20 +302,20 @@ impl Planner<'_> {
             Sharing::Node => self.topology.numa_nodes.len() as u64,
             Sharing::Private => most,
         };
-        let tables = match campaign.solver {
+        let table_bytes = match campaign.solver {
             Solver::Volterra => 0,
             Solver::ClosedModes => copies * MAPS * 32 * (campaign.modes as u64).pow(2),
         };
         // The usual number of points is always measured.
-        let points = campaign.points.saturating_sub(POINTS) as u64 * most * POINT_BYTES;
-        if tables + points > self.limits.memory {
+        let point_bytes = campaign.points.saturating_sub(POINTS) as u64 * most * POINT_BYTES;
+        if table_bytes + point_bytes > self.limits.memory {
             let said = format!(
                 "{} with {} modes, {} operating points per thread, tables {}: {} MiB (--memory)",
                 campaign.solver.name(),
                 campaign.modes,
                 campaign.points,
                 campaign.sharing.name(),
-                (tables + points) >> 20
+                (table_bytes + point_bytes) >> 20
             );
             return self.miss(&[Part::Solver], said);
         }

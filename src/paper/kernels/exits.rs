@@ -72,16 +72,16 @@ pub enum Verdict {
     Split,
 }
 
-/// The verdict on the interval between two times; `root`: the margin is zero at the first.
-pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict {
+/// The verdict on the interval between two times; `starts_at_root`: the margin is zero at the first.
+pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, starts_at_root: bool) -> Verdict {
     let h = b.time - a.time;
     let around = a.curvature.abs().max(b.curvature.abs()) + 0.5 * bounds.third * h;
     let bend = around.min(bounds.second);
     let highest = (a.curvature.max(b.curvature) + 0.5 * bounds.third * h).min(bounds.second);
     let concave = highest < 0.0;
     let sag = 0.125 * bend * h * h;
-    let root = root || a.value.abs() <= bounds.noise;
-    if root {
+    let starts_at_root = starts_at_root || a.value.abs() <= bounds.noise;
+    if starts_at_root {
         let steepest = 0.5 * (a.slope + b.slope + bend * h);
         if a.slope > 0.0 && (a.slope > 0.5 * bend * h || (concave && b.value > bounds.noise)) {
             return Verdict::Clear;
@@ -117,12 +117,12 @@ pub fn judge(a: &MarginAt, b: &MarginAt, bounds: &Bounds, root: bool) -> Verdict
 }
 
 /// The earliest time at which the margin becomes negative between two times; `None` if it does not. `guard` returns δ,
-/// δ', δ'' at any time in between; `root`: the margin is zero at the first.
+/// δ', δ'' at any time in between; `starts_at_root`: the margin is zero at the first.
 pub fn earliest_exit(
     margin: &Margin,
     [first, last]: [&DeflectionAt; 2],
     bounds: &Bounds,
-    mut root: bool,
+    mut starts_at_root: bool,
     guard: &mut impl FnMut(f64) -> [f64; 3],
     counters: &mut Counters,
 ) -> Option<f64> {
@@ -133,7 +133,7 @@ pub fn earliest_exit(
     while depth > 0 {
         let right = pending[depth - 1];
         let middle = 0.5 * (left.time + right.time);
-        match judge(&left, &right, bounds, root) {
+        match judge(&left, &right, bounds, starts_at_root) {
             Verdict::AtStart => return Some(left.time),
             Verdict::Single => {
                 return Some(refine(margin, &left, &right, bounds, guard, counters));
@@ -151,7 +151,7 @@ pub fn earliest_exit(
             Verdict::Clear => {}
             Verdict::Tangency | Verdict::Split => counters.grazings += 1,
         }
-        (left, root) = (right, false);
+        (left, starts_at_root) = (right, false);
         depth -= 1;
     }
     None

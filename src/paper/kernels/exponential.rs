@@ -75,11 +75,11 @@ pub fn bound_row(
     through: Option<MatRef<'_, f64>>,
     bound: &mut [f64],
 ) {
-    let stretches = (rate * duration / BOUND_REACH).ceil().max(1.0);
-    let step = duration / stretches;
+    let stretch_count = (rate * duration / BOUND_REACH).ceil().max(1.0);
+    let step = duration / stretch_count;
     let mut start = row.to_vec();
     let (mut term, mut next) = (vec![0.0; row.len()], vec![0.0; row.len()]);
-    for _ in 0..stretches as usize {
+    for _ in 0..stretch_count as usize {
         term.copy_from_slice(&start);
         let mut size = vec![0.0; row.len()];
         add_sizes(&term, through, &mut size);

@@ -73,7 +73,7 @@ impl Run {
         let (layout, grid) = (&cell_model.layout, &cell_model.grid);
         let d = layout.dimension();
         let mut map = Mat::<f64>::zeros(d, d);
-        let mut ends = Mat::<f64>::zeros(classes.len(), d);
+        let mut end_rows = Mat::<f64>::zeros(classes.len(), d);
         let mut sag = vec![0.0f64; layout.padded()];
         for (i, &class) in classes.iter().enumerate() {
             let generator = &cell_model.contact_generators[class];
@@ -94,13 +94,13 @@ impl Run {
             map = exponential::after(&cells[class], &map);
             for j in 0..d {
                 let moved = (0..d).map(|k| generator.deflection[k] * map[(k, j)]);
-                ends[(i, j)] = generator.deflection[j] + moved.sum::<f64>();
+                end_rows[(i, j)] = generator.deflection[j] + moved.sum::<f64>();
             }
         }
         Self {
             classes: classes.to_vec(),
             map: Operator::new(exponential::plus_one(map).as_ref()),
-            ends: Operator::new(ends.as_ref()),
+            ends: Operator::new(end_rows.as_ref()),
             sag,
         }
     }

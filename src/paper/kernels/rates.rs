@@ -29,8 +29,8 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// The rates of a model. They depend on its speed only if one mesh cycle is thousands of times longer than its
-    /// fastest motion, or if a mode is so slow that it would lose accuracy as a wave.
+    /// The rates of a model. They depend on its speed only if a mesh cycle exceeds 2048 / `fastest`, or if a mode is
+    /// so slow that it would lose accuracy as a wave.
     pub fn new(model: &Model) -> Self {
         let fastest = Volterra::fastest_structure_rate(model);
         let limit = SLOW / model.period();

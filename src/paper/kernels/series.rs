@@ -83,12 +83,12 @@ pub fn judge_all(
 ) -> Verdict {
     let mut worst = Verdict::Clear;
     for margin in Margin::of(contacts, stretch.contact) {
-        let root = starts && stretch.crossed == Some(margin.contact);
+        let starts_at_root = starts && stretch.crossed == Some(margin.contact);
         match judge(
             &MarginAt::of(&margin, a),
             &MarginAt::of(&margin, b),
             bounds,
-            root,
+            starts_at_root,
         ) {
             Verdict::Clear => {}
             found if worst == Verdict::Clear => worst = found,
@@ -112,8 +112,15 @@ pub fn locate(
     let [first, mut last] = [*ends[0], *ends[1]];
     let mut exit: Option<Exit> = None;
     for margin in Margin::of(contacts, stretch.contact) {
-        let root = starts && stretch.crossed == Some(margin.contact);
-        let found = earliest_exit(&margin, [&first, &last], bounds, root, guard, counters);
+        let starts_at_root = starts && stretch.crossed == Some(margin.contact);
+        let found = earliest_exit(
+            &margin,
+            [&first, &last],
+            bounds,
+            starts_at_root,
+            guard,
+            counters,
+        );
         if let Some(time) = found {
             exit = Some(Exit {
                 time,

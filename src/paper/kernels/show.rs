@@ -129,11 +129,11 @@ pub(super) fn show<O: Observer>(
     let transforms = transforms24();
     let (mut deflection, mut force) = ([0.0; 24], [0.0; 24]);
     picture.state.copy_from_slice(start);
-    let chunks = (cell_model.grid.rate * duration / REACH).ceil().max(1.0);
-    let step = duration / chunks;
+    let chunk_count = (cell_model.grid.rate * duration / REACH).ceil().max(1.0);
+    let step = duration / chunk_count;
     let last_term = terms_needed(cell_model.grid.rate * step);
     let mut node = 0;
-    for chunk in 0..chunks as usize {
+    for chunk in 0..chunk_count as usize {
         let from = step * chunk as f64;
         let (mut places, mut rates) = ([0.0; TERMS + 1], [0.0; TERMS + 1]);
         let Picture { state, end, taylor } = picture;
@@ -149,7 +149,7 @@ pub(super) fn show<O: Observer>(
             power *= step;
         });
         std::mem::swap(state, end);
-        let last = chunk + 1 == chunks as usize;
+        let last = chunk + 1 == chunk_count as usize;
         let place = |x: &f64| 0.5 * (x + 1.0) * duration;
         let ahead = &transforms.nodes()[node..];
         let within = if last {

@@ -286,10 +286,10 @@ impl SpectralTable {
     pub fn to_spectral(&self, z: &[f64], at: &mut Coordinates) {
         let lanes = self.alpha.len();
         let slow_count = self.basis.slow();
-        let carried = &z[self.states..self.states + self.carried];
+        let excitation = &z[self.states..self.states + self.carried];
         self.basis.to_spectral(&z[..self.states], &mut at.y);
-        self.steady.apply_more(carried, &mut at.y);
-        for (h, pair) in carried[2..].chunks_exact(2).enumerate() {
+        self.steady.apply_more(excitation, &mut at.y);
+        for (h, pair) in excitation[2..].chunks_exact(2).enumerate() {
             at.y[self.basis.waves + h] = pair[0];
             at.y[lanes + self.basis.waves + h] = pair[1];
         }
@@ -297,7 +297,7 @@ impl SpectralTable {
         for (pair, &w) in at.slow[slow_count..].chunks_exact_mut(2).zip(&self.late) {
             pair.copy_from_slice(&[at.y[w], at.y[lanes + w]]);
         }
-        at.slow[self.slow - 2..self.slow].copy_from_slice(&carried[..2]);
+        at.slow[self.slow - 2..self.slow].copy_from_slice(&excitation[..2]);
     }
 
     /// Factors over a time.
@@ -340,15 +340,15 @@ impl SpectralTable {
     /// Transforms spectral coordinates back to a state.
     pub fn to_state(&self, at: &mut Coordinates, z: &mut [f64]) {
         let lanes = self.alpha.len();
-        let carried = &mut at.carried[..self.carried];
-        carried[..2].copy_from_slice(&at.slow[self.slow - 2..self.slow]);
-        for (h, pair) in carried[2..].chunks_exact_mut(2).enumerate() {
+        let excitation = &mut at.carried[..self.carried];
+        excitation[..2].copy_from_slice(&at.slow[self.slow - 2..self.slow]);
+        for (h, pair) in excitation[2..].chunks_exact_mut(2).enumerate() {
             let place = self.basis.waves + h;
             pair.copy_from_slice(&[at.y[place], at.y[lanes + place]]);
         }
         self.basis.to_state(&at.y, z);
-        self.response.apply_more(carried, z);
-        z[self.states..self.states + self.carried].copy_from_slice(carried);
+        self.response.apply_more(excitation, z);
+        z[self.states..self.states + self.carried].copy_from_slice(excitation);
     }
 }
 

@@ -88,10 +88,10 @@ impl Steady {
             _ => return false,
         };
         let sizes = self.cycle.reach.iter().zip(z).zip(&flank.start);
-        let difference: f64 = sizes
+        let bound: f64 = sizes
             .map(|((reach, z), start)| reach * (z - start).abs())
             .sum();
-        flank.margin > difference + stretch.noise
+        flank.margin > bound + stretch.noise
     }
 }
 

@@ -124,7 +124,7 @@ pub(super) fn of_trace(folder: &Path) -> Result<Value, StoreError> {
     Ok(json!({ "job": head.metadata("job") }))
 }
 
-/// Adds to the head: this program, colours, kinds of bifurcations, records of runs and, if `trace`, metadata of
+/// Adds to the head: this program, colours, kinds of bifurcations, records of runs and, if `has_trace`, metadata of
 /// the trace.
 ///
 /// # Errors
@@ -133,7 +133,7 @@ pub(super) fn complete(
     header: &mut Value,
     runs: &[RunRecord],
     folder: &Path,
-    trace: bool,
+    has_trace: bool,
 ) -> Result<(), StoreError> {
     header["program"] = json!(ProgramRecord::current().to_string());
     header["ramp"] = json!(VIRIDIS.map(|colour| colour.to_string()));
@@ -150,7 +150,7 @@ pub(super) fn complete(
     let files: usize = runs.iter().map(|run| run.tables.len()).sum();
     header["checked"] = json!(files);
     header["runs"] = json!(runs);
-    if trace {
+    if has_trace {
         let head = ResultTable::head(folder, TableKind::Trace)?;
         let own = [
             "job",

@@ -13,8 +13,8 @@ use super::ramp::{bar, viridis};
 use super::results::Results;
 use crate::report::PointSummary;
 
-/// The colour of a cell that is not chaotic: pale, so that the colours of the ramp are conspicuous.
-fn pale_colour(motion: Motion) -> Colour {
+/// Colour of a cell without chaos: pale beside the ramp, except Failed and NotConverged.
+fn colour_without_chaos(motion: Motion) -> Colour {
     match motion {
         Motion::Failed | Motion::NotConverged => motion.colour(),
         Motion::QuasiPeriodic => Colour(0xc6, 0xdf, 0xf3),
@@ -31,7 +31,7 @@ pub(super) fn largest_of(results: &Results) -> f64 {
 /// The colour of a point: a ramp from 0 to `largest` for chaotic points, else by its kind of motion.
 pub(super) fn shade(point: &PointSummary, largest: f64) -> Colour {
     match Motion::of(point) {
-        motion if !motion.is_chaos() => pale_colour(motion),
+        motion if !motion.is_chaos() => colour_without_chaos(motion),
         _ if largest > 0.0 => viridis(point.lambda.unwrap_or(0.0) / largest),
         _ => viridis(0.0),
     }
@@ -45,7 +45,7 @@ fn sample(motion: Motion) -> PointStyle {
             ..PointStyle::plain(viridis(0.5), "")
         }
     } else {
-        PointStyle::plain(pale_colour(motion), &motion.mark())
+        PointStyle::plain(colour_without_chaos(motion), &motion.mark())
     }
 }
 

@@ -14,7 +14,7 @@ pub(super) const TICK_SIZE: f64 = 12.5;
 pub(super) const LABEL_SIZE: f64 = 14.0;
 
 impl Canvas {
-    /// Adds a text in the size of tick texts that begins at a place.
+    /// Adds a text of the size of tick texts, starting at a place.
     pub fn label(&mut self, at: Place, text: &str, colour: Colour) {
         self.text(at, text, TICK_SIZE, colour, Anchor::Start);
     }

@@ -13,9 +13,9 @@ pub(super) struct ContactChange {
     /// Mesh cycles since the start of the simulation.
     pub time: f64,
     /// True for the drive flank, false for the coast flank.
-    pub drive: bool,
+    pub on_drive_flank: bool,
     /// True if contact begins, false if it ends.
-    pub entry: bool,
+    pub is_entry: bool,
 }
 
 /// A traced trajectory.
@@ -120,8 +120,8 @@ fn changes(events: &ResultTable) -> Result<Vec<ContactChange>, StoreError> {
             let (flank, change) = kind.split_once('_')?;
             Some(ContactChange {
                 time,
-                drive: flank == "drive",
-                entry: change == "entry",
+                on_drive_flank: flank == "drive",
+                is_entry: change == "entry",
             })
         })
         .collect())

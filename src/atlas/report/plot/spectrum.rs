@@ -47,7 +47,7 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     }
     let start = ids.partition_point(|id| *id < Some(point.point_id));
     // Exact lines are drawn as separate bars, averaged power as a continuous curve.
-    let exact = methods[start].as_deref() == Some("fourier");
+    let is_exact = methods[start].as_deref() == Some("fourier");
     let lines = |signal: &str| -> Vec<[f64; 2]> {
         let end = ids.partition_point(|id| *id <= Some(point.point_id));
         (start..end)
@@ -65,15 +65,15 @@ pub(super) fn draw(results: &Results, request: &PlotRequest) -> Result<Drawn, Pl
     let signals = [("deflection", [72.0, 288.0]), ("force", [310.0, 526.0])];
     for (signal, area) in signals {
         let name = format!("{signal} amplitude");
-        let last = signal == "force";
+        let is_last = signal == "force";
         panel(
             &mut canvas,
             area,
             &name,
             unit_of(&units, signal),
             &lines(signal),
-            exact,
-            last,
+            is_exact,
+            is_last,
         );
     }
     let name = format!("spectrum-point{}", point.point_id);
@@ -97,8 +97,8 @@ fn panel(
     name: &str,
     unit: &str,
     lines: &[[f64; 2]],
-    exact: bool,
-    last: bool,
+    is_exact: bool,
+    is_last: bool,
 ) {
     let orders = range(lines.iter().map(|[order, _]| *order))[1].min(MOST_ORDERS);
     let shown: Vec<[f64; 2]> = lines.iter().copied().filter(|l| l[0] <= orders).collect();
@@ -117,7 +117,7 @@ fn panel(
         Axis::linear("mesh order", "1", [0.0, orders.max(1.0)]),
         Axis::logarithmic(name, unit, [low, room * largest]),
     );
-    panel.frame(canvas, last);
+    panel.frame(canvas, is_last);
     if empty {
         panel.note(canvas, "no lines above zero");
         return;
@@ -126,7 +126,7 @@ fn panel(
         .iter()
         .map(|[order, amplitude]| panel.at(*order, amplitude.max(low)))
         .collect();
-    let mut peaks: Vec<[f64; 2]> = if exact {
+    let mut peaks: Vec<[f64; 2]> = if is_exact {
         for [across, up] in &path {
             canvas.line(&[[*across, bottom], [*across, *up]], BLUE, 1.2);
         }

@@ -116,7 +116,7 @@ fn mark_changes(
     let [first, last] = range(time.iter().copied());
     let shown = changes.iter().filter(|c| (first..=last).contains(&c.time));
     for change in shown {
-        let edge = if change.drive { gap } else { -gap };
+        let edge = if change.on_drive_flank { gap } else { -gap };
         triangle(canvas, panel.at(change.time, edge), change);
     }
 }
@@ -127,8 +127,8 @@ fn key(canvas: &mut Canvas, [x, y]: Place) {
         let at = [x + 5.0, y + 18.0 * line];
         let change = ContactChange {
             time: 0.0,
-            drive: true,
-            entry,
+            on_drive_flank: true,
+            is_entry: entry,
         };
         triangle(canvas, at, &change);
         canvas.label([x + 15.0, at[1] + 0.35 * TICK_SIZE], name, SOFT);
@@ -139,14 +139,14 @@ fn key(canvas: &mut Canvas, [x, y]: Place) {
 fn triangle(canvas: &mut Canvas, at: Place, change: &ContactChange) {
     const SIZE: f64 = 4.5;
     // The drive flank is at the top, and y points down.
-    let up = change.drive == change.entry;
+    let up = change.on_drive_flank == change.is_entry;
     let tip = if up { -SIZE } else { SIZE };
     let corners = [
         [at[0], at[1] + tip],
         [at[0] + SIZE, at[1] - tip],
         [at[0] - SIZE, at[1] - tip],
     ];
-    let fill = if change.entry { RED } else { WHITE };
+    let fill = if change.is_entry { RED } else { WHITE };
     canvas.polygon(&corners, fill);
     canvas.line(&[corners[0], corners[1], corners[2], corners[0]], RED, 1.0);
 }

@@ -20,7 +20,7 @@ pub struct Extreme {
     /// The contact.
     pub contact: usize,
     /// Whether the extreme is a minimum.
-    pub minimum: bool,
+    pub is_minimum: bool,
     /// Time from the start of the period, in cycles.
     pub time: f64,
     /// Depth \[half gaps\]; negative if the contact is open.
@@ -56,7 +56,7 @@ impl Touches {
     /// Number of contact changes over the period, counted by the signs of the depths at their extremes. The
     /// grazing extreme is omitted, because its depth is round-off.
     pub fn changes_besides_graze(&self, graze: &Extreme) -> usize {
-        let same = |e: &&Extreme| e.contact == graze.contact && e.minimum == graze.minimum;
+        let same = |e: &&Extreme| e.contact == graze.contact && e.is_minimum == graze.is_minimum;
         let grazing = (self.extremes.iter().filter(same))
             .min_by(|a, b| a.depth.abs().total_cmp(&b.depth.abs()));
         let mut closed: BTreeMap<usize, Vec<bool>> = BTreeMap::new();
@@ -102,7 +102,7 @@ impl Touches {
             d.min(period - d)
         };
         (self.extremes.iter())
-            .filter(|e| e.contact == to.contact && e.minimum == to.minimum)
+            .filter(|e| e.contact == to.contact && e.is_minimum == to.is_minimum)
             .min_by(|a, b| time_difference(a).total_cmp(&time_difference(b)))
     }
 }
@@ -143,7 +143,7 @@ impl<'m> TouchObserver<'m> {
     pub fn of_period(self) -> Touches {
         let mut touches = self.touches;
         let extremes_at_start = (self.start_extremes.into_iter().flatten())
-            .filter(|extreme| self.rising[extreme.contact] == Some(!extreme.minimum));
+            .filter(|extreme| self.rising[extreme.contact] == Some(!extreme.is_minimum));
         touches.extremes.splice(0..0, extremes_at_start);
         touches
     }
@@ -251,10 +251,10 @@ impl Observer for TouchObserver<'_> {
                 &derivative(&depth),
                 noise,
                 &mut rising,
-                |x, minimum| {
+                |x, is_minimum| {
                     extremes.push(Extreme {
                         contact,
-                        minimum,
+                        is_minimum,
                         time: start + 0.5 * length * (1.0 + x),
                         depth: evaluate(&depth, x) / half_gap,
                     });
@@ -264,7 +264,7 @@ impl Observer for TouchObserver<'_> {
                 let odd = (extremes.len() - before) % 2 == 1;
                 self.start_extremes[contact] = rising.map(|last| Extreme {
                     contact,
-                    minimum: last != odd,
+                    is_minimum: last != odd,
                     time: start,
                     depth: evaluate(&depth, -1.0) / half_gap,
                 });
@@ -360,7 +360,10 @@ mod tests {
             let [begin, middle] = own[..] else {
                 panic!("{own:?}");
             };
-            assert_eq!([begin, middle].map(|e| e.minimum), [side < 0.0, side > 0.0]);
+            assert_eq!(
+                [begin, middle].map(|e| e.is_minimum),
+                [side < 0.0, side > 0.0]
+            );
             for (extreme, time, deflection) in [(begin, 4.0, 6e-6), (middle, 4.5, 4e-6)] {
                 assert!((extreme.time - time).abs() < 1e-12, "{extreme:?}");
                 let depth = (side * deflection - 1e-5) / 1e-5;

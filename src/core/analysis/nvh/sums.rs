@@ -28,7 +28,7 @@ pub(super) struct Sums {
     pub flights: [f64; 2],
     /// Number and total length \[s\] of contacts that ended.
     pub touches: [f64; 2],
-    /// ∫ δ e^{−ihωt} dt, h = 1, 2, ….
+    /// ∫ δ e^{−ihωt} dt at mesh orders h = 1, 2, ….
     pub harmonics: Vec<Complex64>,
     /// Sums of each contact, both flanks of the first mesh first.
     pub contacts: Vec<ContactSums>,

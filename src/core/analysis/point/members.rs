@@ -234,7 +234,7 @@ impl<K: Kernel> PointRun<'_, K> {
         Ok(())
     }
 
-    /// Checks whether a trajectory left the motion.
+    /// Ends a trajectory if it left the motion.
     fn leaves(&mut self, member: &mut EnsembleTrajectory) -> Result<(), Interruption> {
         if let Some(period) = member.instruments.recurrence.period(&self.norm) {
             let motion = PeriodicMotion {

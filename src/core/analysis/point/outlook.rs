@@ -17,7 +17,7 @@ use crate::analysis::outcome::PointOutcome;
 const UNDECIDED: [f64; 2] = [0.7, 1.0];
 
 /// Number of standard errors by which the exponent exceeds zero if neighbours separate.
-const PARTS: f64 = 3.0;
+const SEPARATING_SIGMAS: f64 = 3.0;
 
 /// Measured mesh cycles that a point is expected to take.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,8 +51,8 @@ impl ExpectedCycles {
             .lyapunov
             .as_ref()
             .filter(|lyapunov| lyapunov.stderr().is_finite());
-        let certain_exponent =
-            exponent.filter(|lyapunov| lyapunov.exponents[0] > PARTS * lyapunov.stderr());
+        let certain_exponent = exponent
+            .filter(|lyapunov| lyapunov.exponents[0] > SEPARATING_SIGMAS * lyapunov.stderr());
         let (Some(lyapunov), Some(target)) = (certain_exponent, target) else {
             let [expected, spread] = UNDECIDED.map(|part| part * first);
             return Self { expected, spread };

@@ -304,7 +304,7 @@ impl<'m, W: DerivativeObserver> ParameterTangent<'m, W> {
             };
             let moved = self.model.period() * contact.change.start;
             if *before != contact.segment && moved != 0.0 && contact.segment.start != 0.0 {
-                // (f⁻ − f⁺) moved, f = … − g F.
+                // y jumps by (f⁻ − f⁺) · moved; f contains −g F.
                 kicks.push((before.direction, -force * moved));
                 kicks.push((contact.direction, at_start(&contact.force) * moved));
                 if self.model.of_mesh(contact.index) {

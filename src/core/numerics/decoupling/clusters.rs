@@ -11,13 +11,14 @@ use faer::{Mat, prelude::*};
 /// imaginary parts exceed `smallest`.
 pub(super) fn separate(a: &Mat<f64>, values: &[c64], vectors: &mut Mat<c64>, smallest: f64) {
     let size = a.norm_l2();
-    let mut left: Vec<usize> = (0..values.len())
+    let mut remaining: Vec<usize> = (0..values.len())
         .filter(|k| values[*k].im > smallest)
         .collect();
-    while let Some(first) = left.first().copied() {
+    while let Some(first) = remaining.first().copied() {
         let in_cluster = |k: &usize| (values[*k] - values[first]).norm() <= CLUSTER_DISTANCE * size;
-        let (cluster, others): (Vec<usize>, Vec<usize>) = left.into_iter().partition(in_cluster);
-        left = others;
+        let (cluster, others): (Vec<usize>, Vec<usize>) =
+            remaining.into_iter().partition(in_cluster);
+        remaining = others;
         if cluster.len() > 1 {
             let sum: c64 = cluster.iter().map(|k| values[*k]).sum();
             let separated = eigenvectors(a, sum / cluster.len() as f64, cluster.len(), size);

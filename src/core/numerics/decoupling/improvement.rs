@@ -93,7 +93,7 @@ pub(super) fn improve(a: &Mat<f64>, blocks: &mut [Block]) -> f64 {
                             + if exact[2 * b + q] { 0.0 } else { e[(2 * b + p, 2 * b + q)] }
                     })
                 }),
-                rotation: block.rotation,
+                is_rotation: block.is_rotation,
             })
             .collect();
         let after = residual(&next);
@@ -158,7 +158,7 @@ pub(super) fn sylvester(
 /// phase is chosen such that the displacements in the first column are as large as possible. The columns have a
 /// root mean square length of 1.
 pub(super) fn standardise(block: &mut Block) {
-    if !block.rotation {
+    if !block.is_rotation {
         return;
     }
     let [[a, b], [c, d]] = block.generator;

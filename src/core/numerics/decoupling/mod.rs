@@ -40,7 +40,7 @@ pub struct Decoupled {
     /// the scales of the modes, usually their frequencies, and columns scaled to length 1.
     pub condition: f64,
     /// Whether `T` is the identity, which holds when no two modes are coupled.
-    pub identity: bool,
+    pub is_identity: bool,
 }
 
 /// Finds `T` and the blocks of `B` with `A T = T B` for `N` modes.
@@ -92,7 +92,7 @@ pub fn decouple(
     let mut t = Mat::<f64>::identity(2 * n, 2 * n);
     let mut inverse = t.clone();
     let (mut largest, mut smallest) = (1.0_f64, 1.0_f64);
-    let mut identity = rotation == Mat::<f64>::identity(n, n);
+    let mut is_identity = rotation == Mat::<f64>::identity(n, n);
     for part in components(&mut coupling, floor) {
         if let [i] = part[..] {
             let w = frequency[i];
@@ -105,7 +105,7 @@ pub fn decouple(
             ];
             continue;
         }
-        identity = false;
+        is_identity = false;
         let m = part.len();
         let scale = scales(&part, frequency, &coupling);
         let (mut blocks, back, singular) = decompose(&part, frequency, &coupling, &kind, &scale)?;
@@ -154,7 +154,7 @@ pub fn decouple(
         to_structure: rows(&t),
         from_structure: rows(&inverse),
         condition: largest / smallest,
-        identity,
+        is_identity,
     })
 }
 

@@ -91,5 +91,5 @@ pub(super) enum Direction {
 pub(super) struct Block {
     pub columns: [Vec<f64>; 2],
     pub generator: [[f64; 2]; 2],
-    pub rotation: bool,
+    pub is_rotation: bool,
 }

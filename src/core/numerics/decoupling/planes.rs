@@ -75,7 +75,7 @@ impl<'a> Columns<'a> {
             .map(|i| Block {
                 columns: [unit(*i), unit(m + i)],
                 generator: [[0.0, a[(*i, m + i)]], [0.0, 0.0]],
-                rotation: false,
+                is_rotation: false,
             })
             .collect()
     }
@@ -162,7 +162,7 @@ impl<'a> Columns<'a> {
         blocks.extend(spare.chunks_exact(2).map(|pair| Block {
             columns: [self.spread(&pair[0]), self.spread(&pair[1])],
             generator: [[0.0; 2]; 2],
-            rotation: false,
+            is_rotation: false,
         }));
         blocks.extend((partners.into_iter()).map(|(r, pair)| self.partnered(&r, pair)));
         Some(left)
@@ -186,7 +186,7 @@ impl<'a> Columns<'a> {
         Block {
             columns: [self.spread(r), second],
             generator: [[0.0, beta / length], [0.0, value]],
-            rotation: false,
+            is_rotation: false,
         }
     }
 
@@ -213,8 +213,8 @@ impl<'a> Columns<'a> {
     ///
     /// These follow from `X B - J X = C Y`, with the known columns `J` and the rows `C` of the matrix for
     /// these coordinates.
-    fn lift(&self, y: [Vec<f64>; 2], b: [[f64; 2]; 2], rotation: bool) -> Block {
-        self.lift_with_displacements(&self.zero, y, b, rotation)
+    fn lift(&self, y: [Vec<f64>; 2], b: [[f64; 2]; 2], is_rotation: bool) -> Block {
+        self.lift_with_displacements(&self.zero, y, b, is_rotation)
     }
 
     /// As [`Self::lift`], but of the unsprung displacements only `zero` are set. The others stay 0.
@@ -223,7 +223,7 @@ impl<'a> Columns<'a> {
         zero: &[usize],
         y: [Vec<f64>; 2],
         b: [[f64; 2]; 2],
-        rotation: bool,
+        is_rotation: bool,
     ) -> Block {
         let Self { a, rest, free, .. } = self;
         let m = a.nrows() / 2;
@@ -255,7 +255,7 @@ impl<'a> Columns<'a> {
             set(m + i, speed);
             set(*i, solve(speed.map(|v| a[(*i, m + i)] * v)));
         }
-        let generator = if rotation || rest.len() == 2 * m {
+        let generator = if is_rotation || rest.len() == 2 * m {
             b
         } else {
             // Orthonormalise the columns with the added coordinates again, and recompute the block.
@@ -265,7 +265,7 @@ impl<'a> Columns<'a> {
         Block {
             columns: full,
             generator,
-            rotation,
+            is_rotation,
         }
     }
 }

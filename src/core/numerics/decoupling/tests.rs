@@ -116,7 +116,7 @@ fn uncoupled_modes_keep_their_bits() {
     let mut s = vec![0.0; 25];
     s[6] = 3.3;
     let alone = decouple(&w, &d, &s).unwrap();
-    assert!(alone.identity && alone.condition == 1.0);
+    assert!(alone.is_identity && alone.condition == 1.0);
     d[7] = 5.0;
     d[11] = -3.0;
     d[1] = 1e-18;
@@ -137,7 +137,7 @@ fn uncoupled_modes_keep_their_bits() {
             }
         }
     }
-    assert!(!result.identity);
+    assert!(!result.is_identity);
 }
 
 #[test]
@@ -321,7 +321,7 @@ fn clusters_of_more_than_two_are_refused() {
         decouple(&[-1.0], &[0.0], &[0.0]),
         Err(DecouplingError::Value)
     );
-    assert!(decouple(&[], &[], &[]).unwrap().identity);
+    assert!(decouple(&[], &[], &[]).unwrap().is_identity);
 }
 
 #[test]

@@ -54,8 +54,8 @@ for_each_set! {
         = evaluate_line_states_body
 }
 
-/// Checks all lines. Returns the intervals between nodes, the first in bit 0, in which some contact may open or close,
-/// and [`BEYOND`] if a contact is beyond its surface. [`WatchedContact::open`] has the result of each contact.
+/// Checks all lines. Returns the intervals (the first in bit 0) in which some contact may open or close, and
+/// [`BEYOND`] if a contact starts beyond its surface. [`WatchedContact::open`] has the result of each contact.
 #[inline(always)]
 pub fn check_block_body<V: Vector>(check: &mut BlockCheck<'_>) -> u32 {
     for lines in check.lines.chunks(2) {

@@ -172,8 +172,9 @@ impl VaryingSpeed {
     /// Whether the drive has flanks and rotates freely, but the structure does not define how a torque on the
     /// pinion's shaft acts on it.
     pub fn lacks_torque(&self) -> bool {
-        let turns = self.model.has_flanks() && self.model.free_rotations().next().is_some();
-        turns && self.mobility[0].is_none()
+        let rotates_freely =
+            self.model.has_flanks() && self.model.free_rotations().next().is_some();
+        rotates_freely && self.mobility[0].is_none()
     }
 
     /// A motion that continues a trajectory, at time 0.

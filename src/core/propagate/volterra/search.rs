@@ -135,8 +135,8 @@ impl Volterra<'_> {
         let mut first: Option<Crossing> = None;
         for (view, solution) in track.views().iter().zip(&workspace.solutions) {
             let noise = ROUND_OFF * (solution.size + self.model.half_gap);
-            let films = self.model.film_layers > 0;
-            let start = if films { legendre::at_start(&solution.deflection) } else { 0.0 };
+            let has_film = self.model.film_layers > 0;
+            let start = if has_film { legendre::at_start(&solution.deflection) } else { 0.0 };
             for group in view.contacts.chunks(MOST_GUARDS) {
                 let with_errors = group.iter().any(|&contact| self.tables.gap_errors[contact]);
                 let gap_errors =
@@ -153,7 +153,7 @@ impl Volterra<'_> {
                     let gap_error = gap_errors.as_ref().and_then(|all| all[place].as_ref());
                     if excluded.holds(contact)
                         || self.is_out_of_reach(contact, &view.contacts, active)
-                        || (films && self.is_shielded(contact, active, start))
+                        || (has_film && self.is_shielded(contact, active, start))
                     {
                         continue;
                     }

@@ -45,9 +45,9 @@ impl WindowStiffness {
     /// Factorises the window's system.
     pub fn factorise(&self, set: InstructionSet, nodal: &Nodal, out: &mut Factors) {
         let [start, end] = self.span;
-        let places = (transforms24().nodes()).map(|x| 0.5 * ((end - start) * x + (start + end)));
+        let nodes = (transforms24().nodes()).map(|x| 0.5 * ((end - start) * x + (start + end)));
         let stiffness = self.stiffness.coefficients();
-        lanes::factorise(set, nodal, stiffness, &places, self.damping, out);
+        lanes::factorise(set, nodal, stiffness, &nodes, self.damping, out);
     }
 
     /// The solution operator of the window with a varying stiffness. Overwrites `factors` with those of its system.

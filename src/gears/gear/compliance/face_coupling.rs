@@ -12,7 +12,7 @@
 //! the slices are therefore independent.
 
 use super::body::series;
-use super::solid::{SolidGear, waves};
+use super::solid::{SolidGear, wave_count};
 use crate::gear::{Flanks, MOST_PAIRS, PathOfContact, Tooth};
 use crate::numerics::legendre;
 use crate::numerics::quadrature::GaussLegendre;
@@ -51,7 +51,7 @@ struct Solved {
 #[derive(Debug, Clone)]
 struct PositionSeries {
     range: [f64; 2],
-    waves: usize,
+    wave_count: usize,
     series: Vec<Vec<f64>>,
 }
 
@@ -65,10 +65,10 @@ impl FaceCoupling {
     }
 
     /// Number of waves besides the uniform one, n ≥ 1.
-    pub fn waves(&self) -> usize {
+    pub fn wave_count(&self) -> usize {
         let height = |tooth: &Tooth| tooth.tip_radius - tooth.root_radius;
         let lowest = height(&self.flanks.teeth[0]).min(height(&self.flanks.teeth[1]));
-        waves(self.flanks.face_width / lowest) - 1
+        wave_count(self.flanks.face_width / lowest) - 1
     }
 
     /// Matrix `C_nm` of the waves n, m ≥ 1 for a pair at position s \[m\], symmetric \[m²/N\]. Positions beyond the
@@ -111,7 +111,7 @@ impl FaceCoupling {
             positions.extend(&near);
             positions.extend(near.iter().map(|s| s + ahead as f64 * base_pitch));
         }
-        let waves = self.waves() + 1;
+        let total_wave_count = self.wave_count() + 1;
         let flanks = &self.flanks;
         let materials = &flanks.pair.form.material;
         let gears: Vec<SolidGear> = [0, 1]
@@ -125,7 +125,7 @@ impl FaceCoupling {
                     2.0 * tooth.root_radius / flanks.bores[gear],
                     materials[gear].poisson_ratio,
                     flanks.face_width,
-                    waves,
+                    total_wave_count,
                     &rolls,
                 )
             })
@@ -133,8 +133,8 @@ impl FaceCoupling {
         let modulus = [0, 1].map(|gear| materials[gear].young_modulus);
         // Displacements refer to the centre line and loads to the flank, so the matrix is not exactly symmetric. Take
         // the symmetric part.
-        let same_pair = PositionSeries::new(&rule, ranges[0], waves - 1, |node| {
-            Mat::from_fn(waves - 1, waves - 1, |i, j| {
+        let same_pair = PositionSeries::new(&rule, ranges[0], total_wave_count - 1, |node| {
+            Mat::from_fn(total_wave_count - 1, total_wave_count - 1, |i, j| {
                 let of = |gear: usize, i: usize, j: usize| {
                     gears[gear].same_tooth[node][(i + 1, j + 1)] / modulus[gear]
                 };
@@ -144,12 +144,12 @@ impl FaceCoupling {
         let ahead = (1..MOST_PAIRS)
             .map(|ahead| {
                 let first = NODES * (2 * ahead - 1);
-                PositionSeries::new(&rule, ranges[ahead], waves - 1, |node| {
+                PositionSeries::new(&rule, ranges[ahead], total_wave_count - 1, |node| {
                     let (near, far) = (first + node, first + NODES + node);
                     // On the wheel the order is reversed: the tooth of the pair behind is the tooth ahead.
                     let pinion = gears[0].coupling(ahead, [far, near]);
                     let wheel = gears[1].coupling(ahead, [near, far]);
-                    Mat::from_fn(waves - 1, waves - 1, |i, j| {
+                    Mat::from_fn(total_wave_count - 1, total_wave_count - 1, |i, j| {
                         pinion[(j + 1, i + 1)] / modulus[0] + wheel[(i + 1, j + 1)] / modulus[1]
                     })
                 })
@@ -163,18 +163,18 @@ impl PositionSeries {
     fn new(
         rule: &GaussLegendre,
         range: [f64; 2],
-        waves: usize,
+        wave_count: usize,
         at: impl Fn(usize) -> Mat<f64>,
     ) -> Self {
         let matrices: Vec<Mat<f64>> = (0..NODES).map(at).collect();
         let entry = |entry: usize| {
-            let value = |node: usize| matrices[node][(entry % waves, entry / waves)];
+            let value = |node: usize| matrices[node][(entry % wave_count, entry / wave_count)];
             series(rule, TERMS, &value, 1.0)
         };
         Self {
             range,
-            waves,
-            series: (0..waves * waves).map(entry).collect(),
+            wave_count,
+            series: (0..wave_count * wave_count).map(entry).collect(),
         }
     }
 
@@ -184,8 +184,8 @@ impl PositionSeries {
         let place = if high > low { (2.0 * s - low - high) / (high - low) } else { 0.0 };
         let mut polynomials = [0.0; TERMS];
         legendre::polynomials(place, &mut polynomials);
-        Mat::from_fn(self.waves, self.waves, |i, j| {
-            let series = &self.series[j * self.waves + i];
+        Mat::from_fn(self.wave_count, self.wave_count, |i, j| {
+            let series = &self.series[j * self.wave_count + i];
             series.iter().zip(&polynomials).map(|(a, p)| a * p).sum()
         })
     }

@@ -60,9 +60,9 @@ impl MeshTable {
             .chain(pieces().map(|piece| piece.end))
             .collect();
 
-        let cases = inputs.misalignment.len() * inputs.torque.len();
+        let case_count = inputs.misalignment.len() * inputs.torque.len();
         let columns = || pieces().flat_map(|piece| &piece.nodes);
-        let in_order = || (0..cases).flat_map(|case| columns().map(move |c| &c.cells[case]));
+        let in_order = || (0..case_count).flat_map(|case| columns().map(move |c| &c.cells[case]));
         let gather = |pick: fn(&PhaseState) -> f64| in_order().map(pick).collect::<Vec<f64>>();
         Ok(Self {
             base_radius: inputs.base_radius,

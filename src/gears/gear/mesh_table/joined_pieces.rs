@@ -192,8 +192,8 @@ impl<'a> TablePolynomials<'a> {
         }
     }
 
-    /// The polynomial of the highest degree for a quantity between two phases that is within the accuracy, with its
-    /// error. A stiffness must also stay physical as far as windows extend beyond the end. `None` if no degree does.
+    /// The polynomial of the highest degree within the accuracy for a quantity between two phases, and its error.
+    /// A stiffness must also stay physical as far as windows extend beyond the end. `None` if there is none.
     fn fitted_polynomial(
         &self,
         ends: [f64; 2],

@@ -118,7 +118,7 @@ impl Coupled {
         let Some(face_coupling) = pairs[0].face_coupling.as_ref() else {
             return Ok(None);
         };
-        let waves = face_coupling.waves() + 1;
+        let waves = face_coupling.wave_count() + 1;
         let unknown = |pair: usize| SharingError::Coupling {
             position: pairs[pair].position(),
         };

@@ -284,9 +284,9 @@ impl ContactSequence {
         self.knot = knot;
         self.joined[pair] = true;
         self.join(pair, closing);
-        let gaining = (0..self.pairs).all(|p| !self.joined[p] || self.gain[p] > 0.0);
+        let all_gain = (0..self.pairs).all(|p| !self.joined[p] || self.gain[p] > 0.0);
         let position = self.position[pair];
-        gaining
+        all_gain
             .then_some(pair)
             .ok_or(SharingError::Coupling { position })
     }

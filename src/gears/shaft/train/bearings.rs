@@ -54,10 +54,10 @@ struct MeshSpring {
 }
 
 impl TrainDrive {
-    /// All rolling bearings under the mean load, at [`bearing_load`](Self::bearing_load); empty without such bearings.
+    /// Rolling bearings that can move, under the load [`bearing_load`](Self::bearing_load); empty if this is `None`.
     ///
     /// # Errors
-    /// Those of [`modes`](Self::modes), except errors of the modes.
+    /// Those of [`modes`](Self::modes) for layout, assembly and bearings.
     pub fn loaded_bearings(&self) -> Result<Vec<LoadedBearing>, ShaftError> {
         let layout = self.layout()?;
         let assembled = self.assembled(&layout)?;

@@ -16,7 +16,7 @@ const CENTRAL: f64 = 1e-9;
 /// A connection of two shafts across their axis.
 struct CrossConnection {
     shafts: [usize; 2],
-    coupling: bool,
+    is_coupling: bool,
 }
 
 impl TrainDrive {
@@ -31,8 +31,12 @@ impl TrainDrive {
             .filter(|coupling| coupling.stiffness[0] > 0.0 || coupling.stiffness[2] > 0.0)
             .map(|coupling| coupling.shafts)
             .filter(|shafts| shafts.iter().all(moves));
-        let joined =
-            |coupling: bool| move |shafts: [usize; 2]| CrossConnection { shafts, coupling };
+        let joined = |is_coupling: bool| {
+            move |shafts: [usize; 2]| CrossConnection {
+                shafts,
+                is_coupling,
+            }
+        };
         (pins.chain(meshing).map(joined(false)))
             .chain(coupled.map(joined(true)))
             .collect()
@@ -75,7 +79,7 @@ impl TrainDrive {
         let what = culprit.map_or_else(String::new, |connection| match connection {
             CrossConnection {
                 shafts: [one, two],
-                coupling: true,
+                is_coupling: true,
             } => format!("the coupling of `{}` and `{}`", name(*one), name(*two)),
             CrossConnection { shafts, .. } => {
                 let central = shafts.iter().find(|shaft| !self.is_planet(**shaft));

@@ -206,8 +206,13 @@ impl Housing {
         let mut freedoms = Vec::new();
         let padded =
             |from: usize| std::array::from_fn(|freedom| from + freedom < self.internal.len());
-        let internal = (0..self.internal.len()).step_by(NODE_FREEDOMS).map(padded);
-        for has in self.nodes.iter().map(|node| node.freedoms).chain(internal) {
+        let internal_nodes = (0..self.internal.len()).step_by(NODE_FREEDOMS).map(padded);
+        for has in self
+            .nodes
+            .iter()
+            .map(|node| node.freedoms)
+            .chain(internal_nodes)
+        {
             let node = assembly.add_node();
             for (freedom, has) in Freedom::ALL.into_iter().zip(has) {
                 if has {

@@ -67,8 +67,8 @@ const YOUNG: [f64; 2] = [1e8, 8e11];
 pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(String, String)> {
     let mut words = Words(Vec::new());
     let gears = variant.model.source.gears();
-    let oscillator = variant.mesh.length.is_some();
-    if !oscillator {
+    let is_oscillator = variant.mesh.length.is_some();
+    if !is_oscillator {
         mesh(variant, gears.as_ref(), &mut words);
         excitation(variant, gears.as_ref(), &mut words);
     }
@@ -81,7 +81,7 @@ pub(super) fn suspects(variant: &Variant, operating: LargestOperation) -> Vec<(S
             drawing(gears, &keys, operating, &mut words);
         }
         None => words.add(
-            operating.speed > MOST_SPEED && !oscillator,
+            operating.speed > MOST_SPEED && !is_oscillator,
             "grid.speed",
             format!(
                 "{:.0} rpm is unusually fast for a gear drive",

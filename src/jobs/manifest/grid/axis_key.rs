@@ -102,7 +102,7 @@ fn no_axis(entry: &Entry, path: &str, key: Option<&Key>) -> Diagnostic {
     }
 }
 
-/// The nearest of the entries of `[grid]` and the keys that take a number, by its whole name or by its last part.
+/// The entry of `[grid]` or numeric key most like `name`, by the whole key or by its last part.
 fn nearest_axis(name: &str) -> Option<String> {
     let paths: Vec<&str> = ["load", "torque", "speed", "points", "tied"]
         .into_iter()

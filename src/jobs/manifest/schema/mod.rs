@@ -38,9 +38,9 @@ fn pattern(path: &str) -> String {
         if i > 0 {
             out.push('.');
         }
-        let index = segment.bytes().all(|b| b.is_ascii_digit()) && !segment.is_empty();
-        let shaft = i == 1 && out == "shafts." && matches!(segment, "pinion" | "wheel");
-        out.push_str(match (index, shaft) {
+        let is_index = segment.bytes().all(|b| b.is_ascii_digit()) && !segment.is_empty();
+        let is_shaft = i == 1 && out == "shafts." && matches!(segment, "pinion" | "wheel");
+        out.push_str(match (is_index, is_shaft) {
             (true, _) => "*",
             (_, true) => "<shaft>",
             _ => segment,

@@ -129,16 +129,18 @@ impl Labelled<'_> {
     fn lead(&self) -> (usize, usize) {
         // `max_by_key` takes the last of equal counts. Thus the second axis has priority, then the series.
         let lead = [1, 0, 2, 3].into_iter().rev();
-        let lead = lead.max_by_key(|&part| self.count(part)).unwrap_or(0);
-        (lead, self.count(lead))
+        let lead = lead
+            .max_by_key(|&part| self.distinct_count(part))
+            .unwrap_or(0);
+        (lead, self.distinct_count(lead))
     }
 
     /// Whether curves differ in a part of their keys.
     fn varies(&self, part: usize) -> bool {
-        self.count(part) > 1
+        self.distinct_count(part) > 1
     }
 
-    fn count(&self, part: usize) -> usize {
+    fn distinct_count(&self, part: usize) -> usize {
         let mut distinct: Vec<usize> = self.plan.curves.keys().map(|key| key[part]).collect();
         distinct.sort_unstable();
         distinct.dedup();
@@ -148,7 +150,7 @@ impl Labelled<'_> {
     /// The style of a curve: its colour is that of the part with most values, and its dashes distinguish the
     /// other parts.
     fn style(&self, key: &Key) -> Style {
-        let counts = [0, 1, 2, 3].map(|part| self.count(part));
+        let counts = [0, 1, 2, 3].map(|part| self.distinct_count(part));
         let (lead, _) = self.lead();
         let place = |part: usize| {
             let smaller = self

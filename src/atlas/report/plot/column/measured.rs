@@ -1,7 +1,7 @@
 //! Measured points in a picture of columns.
 
-use super::name::{ColumnName, PictureRequest};
 use super::plan::{Curve, Dot};
+use super::request::{ColumnName, PictureRequest};
 use crate::manifest::{Measured, MeasuredColumn};
 use crate::report::Axis;
 use crate::report::plot::display::Scale;

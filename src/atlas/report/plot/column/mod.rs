@@ -5,9 +5,9 @@ mod curves;
 mod labelled;
 mod map;
 mod measured;
-mod name;
 mod orders;
 mod plan;
+mod request;
 mod series;
 mod style;
 
@@ -19,9 +19,9 @@ use super::results::Results;
 use crate::store::TableKind;
 
 pub(super) use measured::completed;
-pub(super) use name::nearest;
-pub use name::{ColumnName, NoColumn, PictureRequest};
 pub(super) use orders::draw as draw_orders;
+pub(super) use request::nearest;
+pub use request::{ColumnName, NoColumn, PictureRequest};
 pub(super) use series::{SUBORDERS, Series, listed};
 
 /// A results folder with its name in a picture.

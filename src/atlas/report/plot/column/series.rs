@@ -1,6 +1,6 @@
 //! The values of a column, point by point.
 
-use super::name::{ColumnName, TABLES, nearest};
+use super::request::{ColumnName, TABLES, nearest};
 use crate::report::plot::error::PlotError;
 use crate::report::plot::picture_kind::PictureKind;
 use crate::report::plot::results::Results;

@@ -31,7 +31,7 @@ fn orbit(polar: &[[f64; 2]], depths: &[f64]) -> Orbit {
                 extremes: (depths.iter().enumerate())
                     .map(|(i, &depth)| Extreme {
                         contact: 0,
-                        minimum: i % 2 == 0,
+                        is_minimum: i % 2 == 0,
                         time: i as f64 / depths.len() as f64,
                         depth,
                     })
@@ -110,7 +110,7 @@ fn what_happens_on_a_graze_besides_is_told() {
     let kind = Kind::Graze {
         extreme: Extreme {
             contact: 0,
-            minimum: true,
+            is_minimum: true,
             time: 0.5,
             depth: 0.0,
         },

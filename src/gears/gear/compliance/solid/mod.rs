@@ -24,7 +24,7 @@ const MOST_WAVES: usize = 24;
 /// Number of waves that resolve the compliance of teeth on a face whose width is `heights` tooth heights.
 /// Up to [`MOST_WAVES`], half the shortest wavelength is about 0.45 heights. The compliance of teeth to this
 /// wave is a twentieth of that to a uniform load.
-pub(super) fn waves(heights: f64) -> usize {
+pub(super) fn wave_count(heights: f64) -> usize {
     ((2.2 * heights).ceil() as usize + 1).min(MOST_WAVES)
 }
 

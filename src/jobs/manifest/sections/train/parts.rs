@@ -137,7 +137,7 @@ impl Parts<'_> {
         Some([one?, two?])
     }
 
-    /// Two gears by their names. `None` for unknown names or gears that cannot mesh, which is reported.
+    /// Two gears by their names. `None` after a reported fault: an unknown name, or gears that cannot mesh.
     pub fn gears(&self, section: &Section, key: &str) -> Option<[GearPlace; 2]> {
         let both: [&str; 2] = section.texts(key, Some(2))?.try_into().ok()?;
         let all = || {
@@ -236,8 +236,7 @@ impl Parts<'_> {
         GearPair { form, ..pair }
     }
 
-    /// A gear and the ring around it on their axes, in either order. The common face is that of the pair with the ring
-    /// as its second gear.
+    /// A gear inside a ring as a pair with the gear first. `gears` has either order. `None` after a reported fault.
     pub fn ring(
         &self,
         section: &Section,
@@ -259,7 +258,7 @@ impl Parts<'_> {
             });
         let mut pair = self.pair(inside_out, train.pair.rated_torque);
         pair.form.tip_diameter = [cut.unwrap_or(tips[0]), tips[1]].map(|tip| Some(2.0 * tip));
-        let fault = match train.parallel_placement(gears) {
+        let fault = match train.parallel_placement(inside_out) {
             Ok(beside) => {
                 pair.form.centre_distance = Some(0.0);
                 if let Some(beside) = beside {
@@ -288,8 +287,8 @@ impl Parts<'_> {
             .fail(section.issues)
     }
 
-    /// The drawing of two gears on their axes, and whether the axes are parallel. Gears on other axes are bevel gears,
-    /// whose mesh is not checked.
+    /// The drawing of two gears on their axes, and whether the axes are parallel. Gears on other axes are bevel gears;
+    /// their mesh is not checked. `None` after a reported fault.
     pub fn drawing(
         &self,
         section: &Section,
