@@ -21,7 +21,7 @@ use std::f64::consts::TAU;
 const WIDE: f64 = 1e3;
 
 impl Rubbing {
-    fn model(&self) -> Model {
+    fn structure(&self) -> ModalStructure {
         let mut structure = ModalStructure::of_modes(&[1.0], 0.5 * self.damping, &[1.0], &[1.0]);
         let law = FrictionLaw {
             force: self.force,
@@ -35,11 +35,19 @@ impl Rubbing {
             turns_per_cycle: 1.0,
             phase: 0.0,
         }];
+        structure
+    }
+
+    fn model_of(&self, structure: &ModalStructure) -> Model {
         let point = OperatingPoint {
             load: 0.0,
             speed: self.frequency,
         };
-        Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap()
+        Model::new(structure, &Drive::constant(WIDE, 1.0), point).unwrap()
+    }
+
+    fn model(&self) -> Model {
+        self.model_of(&self.structure())
     }
 }
 
@@ -412,4 +420,38 @@ fn what_cannot_follow_dry_friction_says_so() {
     structure.contacts.extend(stop.rigid(0.5));
     let refused = Model::new(&structure, &Drive::constant(WIDE, 1.0), POINT).map(|_| ());
     assert_eq!(refused, Err(ModelError::FrictionWithStops));
+}
+
+/// A mass slips behind its belt towards a spring on the same line: `x = 0.3 + 0.2 cos t + 0.25 sin t` reaches its gap.
+#[test]
+fn a_stop_on_the_line_of_a_belt_closes_while_the_mass_slips() {
+    let rubbing = Rubbing {
+        damping: 0.0,
+        force: 0.3,
+        static_force: 0.3,
+        belt_speed: 0.3,
+        load: 0.0,
+        frequency: 1.0,
+    };
+    let mut structure = rubbing.structure();
+    let law = ContactLaw {
+        gap: 0.6,
+        stiffness: vec![(1.0, [10.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+        ..ContactLaw::default()
+    };
+    let stop = StructureContact::plain("stop".to_owned(), vec![1.0], law);
+    structure.contacts.push(stop);
+    let model = rubbing.model_of(&structure);
+    let start = TrajectoryState::new(&model, vec![0.5, 0.25], 0);
+    let exact = Reference::new(&model).advance(&start, 1).unwrap();
+    let mut seen = Events::default();
+    let (end, _) = advance_with(&volterra(&model), &start, 1, &mut seen);
+    let (size, lead) = (0.2_f64.hypot(0.25), 0.25_f64.atan2(0.2));
+    let closes = lead - (0.3 / size).acos();
+    for time in [seen.0[0].time, exact.crossings[0].time] {
+        assert!((time - closes).abs() < 1e-12, "{time} {closes}");
+    }
+    let apart = end.state.iter().zip(&exact.end.state);
+    let off = apart.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-12, "{off:e}");
 }

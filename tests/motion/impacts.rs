@@ -400,3 +400,36 @@ fn the_extended_integrator_refuses_rigid_stops() {
     let refused = Extended::new(&model).advance(&start, 1).map(|_| ());
     assert_eq!(refused, Err(ReferenceError::RigidStop));
 }
+
+/// A state that a stop holds starts at rest there: the rest is no event, in whatever cycle a motion starts.
+#[test]
+fn a_start_at_rest_on_a_stop_has_no_event() {
+    let mut structure = ModalStructure::of_modes(&[1.0], 0.05, &[1.0], &[1.0]);
+    let law = ContactLaw {
+        gap: -0.5,
+        ..ContactLaw::default()
+    };
+    let own = StructureContact::plain("stop".to_owned(), vec![1.0], law);
+    structure.contacts.extend(own.rigid(0.5));
+    structure.constant_load = vec![1.0];
+    let point = OperatingPoint {
+        load: 0.0,
+        speed: TAU / 2.3,
+    };
+    let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap();
+    let kernel = volterra(&model);
+    // At −0.5 the spring and the load press with 1.5 N. Off the stop by 1e-9, the mass hits it.
+    for (start, events) in [(-0.5, 0), (-0.5 - 1e-9, 1)] {
+        let start = TrajectoryState::new(&model, vec![start, 0.0], 0);
+        assert_eq!(start.contact.touching(), events == 0);
+        let (end, counters) = advance_with(&kernel, &start, 1, &mut ());
+        assert_eq!(counters.events > 0, events > 0, "{}", counters.events);
+        let again = TrajectoryState::new(&model, end.state.clone(), end.cycle);
+        assert_eq!(again.contact, end.contact);
+    }
+    // A load of −2 N lifts it off.
+    structure.constant_load = vec![-2.0];
+    let model = Model::new(&structure, &Drive::constant(WIDE, 1.0), point).unwrap();
+    let start = TrajectoryState::new(&model, vec![-0.5, 0.0], 0);
+    assert!(!start.contact.touching());
+}

@@ -15,6 +15,7 @@ use gearatlas::model::{
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::Volterra;
 use gearatlas::store::{ResultTable, TableKind};
+use gearatlas::structure::{ContactLaw, HarmonicLoad, ModalStructure, StructureContact};
 use program::said;
 use std::f64::consts::{SQRT_2, TAU};
 use std::sync::atomic::AtomicBool;
@@ -504,4 +505,37 @@ fn probes_do_not_depend_on_threads_and_are_shown() {
     let lines: Vec<&str> = lines.collect();
     assert_eq!(lines.len(), several, "{shown}");
     assert!(lines.iter().all(|line| line.contains("period 1, RMS")));
+}
+
+/// A rigid stop with two attractors. The one of period 6 rests on the stop, so that its exponent is −∞.
+#[test]
+fn an_attractor_that_rests_on_a_stop_is_counted() {
+    let mut structure = ModalStructure::of_modes(&[1.0], 0.02, &[1.0], &[1.0]);
+    let law = ContactLaw {
+        gap: 0.1,
+        ..ContactLaw::default()
+    };
+    let stop = StructureContact::plain("stop".to_owned(), vec![1.0], law);
+    structure.contacts.extend(stop.rigid(0.8));
+    structure.harmonic_loads = vec![HarmonicLoad {
+        name: "load".to_owned(),
+        force: vec![1.0],
+        turns_per_cycle: 1.0,
+        phase: 0.0,
+    }];
+    let point = OperatingPoint {
+        load: 0.0,
+        speed: 2.7,
+    };
+    let model = Model::new(&structure, &Drive::constant(1.0, 1.0), point).unwrap();
+    let found = probe(&model, 1, question());
+    let mut periods: Vec<_> = found
+        .attractors
+        .iter()
+        .map(|one| one.class.period())
+        .collect();
+    periods.sort_unstable();
+    assert_eq!(periods, [Some(4), Some(6)]);
+    let counted: u32 = found.attractors.iter().map(|one| one.probes).sum();
+    assert_eq!(counted, PROBES);
 }

@@ -9,16 +9,18 @@ use gearatlas::analysis::orbits::attracting::approaches;
 use gearatlas::analysis::orbits::shooting::{shoot, shortest};
 use gearatlas::analysis::orbits::twins::leading_exponent;
 use gearatlas::analysis::{
-    Class, Effort, EnergyNorm, LyapunovConfig, LyapunovMethod, PointConfig, PointOutcome, Section,
-    investigate,
+    Class, Effort, EnergyNorm, LyapunovConfig, LyapunovMethod, NvhConfig, PointConfig,
+    PointOutcome, Section, Signals, investigate,
 };
 use gearatlas::model::{
-    Division, DriveShaft, InitialState, MeshHarmonic, Model, TorqueRipple, TrajectoryState,
+    Division, Drive, DriveShaft, InitialState, MeshHarmonic, Model, OperatingPoint, TorqueRipple,
+    TrajectoryState,
 };
 use gearatlas::numerics::linalg::{eigenpair, eigenvalues};
 use gearatlas::numerics::random::PointSeed;
 use gearatlas::propagate::{Counters, Kernel, Volterra};
 use gearatlas::reference::Reference;
+use gearatlas::structure::{ContactLaw, HarmonicLoad, ModalStructure, StructureContact};
 use std::sync::atomic::AtomicBool;
 
 fn questions(transient: u64) -> PointConfig {
@@ -382,5 +384,52 @@ fn twins_of_orbits_that_contract_strongly_raise_no_alarm() {
         if let Some(twin) = lyapunov.twin {
             assert!((twin - lyapunov.exponents[0]).abs() < 1e-6, "{lyapunov:?}");
         }
+    }
+}
+
+/// A driven mode with a stop, and an undamped mode that moves for ever. Newton's orbit leaves the latter at rest, so the
+/// motion does not settle on it, whatever the round-off of its multipliers.
+#[test]
+fn an_undamped_mode_does_not_settle() {
+    let mut structure = ModalStructure::of_modes(&[1.0, 1.37], 0.0, &[0.0, 1.0], &[0.0, 1.0]);
+    structure.damping = vec![0.05, 0.0];
+    let law = ContactLaw {
+        stiffness: vec![(1.0, [30.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])],
+        ..ContactLaw::default()
+    };
+    let stop = StructureContact::plain("stop".to_owned(), vec![1.0, 0.0], law);
+    structure.contacts.push(stop);
+    structure.harmonic_loads = vec![HarmonicLoad {
+        name: "load".to_owned(),
+        force: vec![1.0, 0.0],
+        turns_per_cycle: 1.0,
+        phase: 0.0,
+    }];
+    for speed in [2.2, 2.8, 3.0] {
+        let point = OperatingPoint { load: 0.0, speed };
+        let model = Model::new(&structure, &Drive::constant(1e3, 1.0), point).unwrap();
+        let mut questions = questions(500);
+        questions.nvh = Some(NvhConfig {
+            harmonics: 0,
+            outputs: Signals::NONE,
+            power: false,
+            spectrum: None,
+            orders: None,
+            stop_at_stderr: None,
+        });
+        let found = investigate(
+            &model,
+            &Volterra::new(&model, f64::EPSILON, 1000),
+            TrajectoryState::new(&model, vec![0.1, 2.0, 0.0, 0.0], 0),
+            &questions,
+            &AtomicBool::new(false),
+        )
+        .unwrap();
+        let rms = found.nvh.unwrap().values.deflection_rms;
+        assert!(
+            (rms - 2.0_f64.sqrt()).abs() < 1e-2,
+            "{speed}: {rms} {}",
+            found.reason
+        );
     }
 }

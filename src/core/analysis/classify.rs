@@ -18,6 +18,8 @@ pub struct Evidence<'a> {
     pub stretch: u32,
     /// Mesh cycles in which the tangents aligned before the first average.
     pub aligned: u64,
+    /// Averages of the squared strobe deflection of one trajectory over successive stretches \[m²\].
+    pub strobe: &'a [f64],
     /// Smallest distance of the last strobe state from one within `longest_period` before it, in half gaps.
     pub closest_return: Option<f64>,
     /// Longest period tried in the search for a repetition, in mesh cycles.
@@ -79,6 +81,10 @@ const REPEATING_CONTRACTION: f64 = 23.0;
 
 /// R-hat above which trajectories count as different motions.
 pub const DIFFERENT_RHAT: f64 = 1.2;
+
+/// Growth of the squared deflection from the first to the last quarter of a record, if it grows in every quarter, above
+/// which the motion has not settled. Linear growth of the deflection gives more than 30 from rest.
+const SWELLING: f64 = 2.0;
 
 /// Growth of a tangent from one quarter of a record to the next, in nats over the whole record. It is four
 /// times the difference of the means of the logarithm of the tangent's length over both quarters.
@@ -259,9 +265,20 @@ impl Found<'_> {
         (spread.is_finite() && drift.abs() > (SIGMAS + 1.0) * spread).then_some(drift)
     }
 
+    /// Whether the deflection grows through the whole record, as that of an undamped mode at resonance.
+    fn swells(&self) -> bool {
+        let strobe = self.evidence.strobe;
+        let quarters = strobe.chunks_exact((strobe.len() / 4).max(1)).map(mean);
+        let levels: Vec<f64> = quarters.take(4).collect();
+        levels.len() == 4 && levels.is_sorted_by(|a, b| a < b) && levels[3] > SWELLING * levels[0]
+    }
+
     /// The reason if the motion is on a torus, else `None`.
     fn on_a_torus(&self) -> Option<String> {
         if !self.evidence.torus_is_possible {
+            return None;
+        }
+        if self.swells() {
             return None;
         }
         let longest = self.evidence.longest_period;
@@ -297,6 +314,12 @@ impl Found<'_> {
     fn undecided(&self) -> String {
         let known = self.known();
         let Evidence { measured, .. } = *self.evidence;
+        if self.swells() {
+            return format!(
+                "{known}, but the deflection grows through all {measured} measured cycles: an undamped mode at \
+                 resonance, or a motion that has not settled; raise run.transient or add damping"
+            );
+        }
         if self.lambda > 0.0 {
             if self.evidence.events > 0 && self.growth.steady() >= EXPONENTIAL {
                 let why = if self.lambda > SIGMAS * self.error {
@@ -360,6 +383,7 @@ mod tests {
             averages,
             stretch: 10,
             aligned: 100,
+            strobe: &[],
             closest_return: Some(1e-3),
             longest_period: 32,
             excitation_repeats: true,
@@ -528,5 +552,28 @@ mod tests {
             "{}",
             v.reason
         );
+    }
+
+    /// An undamped mode at resonance has neutral neighbours and a growing deflection; a beat comes back.
+    #[test]
+    fn a_deflection_that_grows_is_on_no_torus() {
+        let neutral = noisy(0.0, 1e-5);
+        let class = |strobe: &[f64]| {
+            classify(&Evidence {
+                strobe,
+                ..evidence(&neutral)
+            })
+        };
+        let at = |f: &dyn Fn(f64) -> f64| (0..40).map(|n| f(f64::from(n))).collect::<Vec<_>>();
+        let grows = class(&at(&|n| (n + 5.0).powi(2)));
+        assert_eq!(grows.class, Some(Class::NotConverged), "{}", grows.reason);
+        assert!(
+            grows.reason.contains("grows through all"),
+            "{}",
+            grows.reason
+        );
+        for beat in [at(&|n| 2.0 + (0.4 * n).sin()), at(&|n| 1.0 + 0.01 * n)] {
+            assert_eq!(class(&beat).class, Some(Class::QuasiPeriodic));
+        }
     }
 }

@@ -78,7 +78,9 @@ impl Model {
         let line = |contact: usize| self.line(&segments[contact]);
         let opposite = |other: usize| {
             let sides = [contact, other].map(|contact| self.contacts[contact].side);
-            sides[0] == -sides[1] && line(contact) == line(other)
+            sides[0] == -sides[1]
+                && self.contacts[other].release.has_surface()
+                && line(contact) == line(other)
         };
         !active.holds(contact) && (active.iter().any(opposite) || self.is_passed(contact, active))
     }

@@ -40,8 +40,9 @@ impl TrajectoryState {
         let segments = model.segments_at(cycle, 0.0);
         model.clamp_sliders(&segments, cycle, &mut state);
         model.move_onto_stops(&segments, cycle, &mut state);
+        let springs = model.active_set(&segments, cycle, &state, 0.0);
         Self {
-            contact: model.active_set(&segments, cycle, &state, 0.0),
+            contact: model.with_rests(&segments, springs, cycle, &state),
             state,
             cycle,
         }

@@ -59,6 +59,11 @@ impl Release {
         matches!(self, Self::Rub | Self::Grip)
     }
 
+    /// Whether it closes at a surface, so that nothing on the other side of its line is in reach while it is closed.
+    pub fn has_surface(self) -> bool {
+        !(self.of_slider() || self.of_friction())
+    }
+
     /// Whether it belongs to a part of a rigid stop.
     pub fn of_stop(self) -> bool {
         matches!(self, Self::Impact | Self::Rest)

@@ -5,6 +5,10 @@ use super::{ActiveSet, Constraint, Model, Release, Segment, Stop};
 use crate::numerics::linalg;
 use faer::Mat;
 
+/// Distance from a stop, and speed times the mesh period, of a state on the stop. Both are relative to the half gap and
+/// to the gap of the stop.
+const ON_STOP: f64 = 1e-13;
+
 /// Subtracts a multiple of a column from a state, given by its first and second components.
 fn subtract_column(
     column: impl Iterator<Item = [f64; 2]>,
@@ -348,6 +352,42 @@ impl Model {
             }
         };
         self.constraints().filter_map(&mut force).collect()
+    }
+
+    /// Adds the rests of a state at the start of a mesh cycle to the closed contacts: the state is on their stops
+    /// without speed, and all of them push.
+    pub(super) fn with_rests(
+        &self,
+        segments: &[Segment],
+        mut active: ActiveSet,
+        cycle: u64,
+        state: &[f64],
+    ) -> ActiveSet {
+        if self.stops.is_empty() {
+            return active;
+        }
+        let of_stops: Vec<Constraint> = self.stops.iter().map(|stop| stop.constraint()).collect();
+        let levels = self.levels(&of_stops, cycle, 0.0);
+        for (stop, (level, level_rate)) in of_stops.iter().zip(levels) {
+            let parts = state.split_at(self.blocks.len());
+            let [deflection, rate] = self.deflection_along(stop.direction, parts.into());
+            let level = level.unwrap_or_default();
+            let noise = ON_STOP * (self.half_gap + level.abs());
+            let [off, speed] = [deflection - level, (rate - level_rate) * self.period()];
+            if off.abs() <= noise && speed.abs() <= noise {
+                active = active.union(ActiveSet::FREE.toggled(stop.contact));
+            }
+        }
+        loop {
+            let forces = self.forces_of_constraints(segments, active, (cycle, 0.0), state);
+            let pulls = |(stop, force): &(&Constraint, f64)| {
+                active.holds(stop.contact) && (*force <= 0.0 || force.is_nan())
+            };
+            let Some((stop, _)) = of_stops.iter().zip(forces).find(pulls) else {
+                return active;
+            };
+            active = active.toggled(stop.contact);
+        }
     }
 
     /// Moves a state that is beyond stops onto them, at the start of a mesh cycle, and removes its approach

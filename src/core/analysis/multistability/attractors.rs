@@ -79,7 +79,7 @@ impl Attractors {
                 &mut workspace,
             );
             if let Ok(Some(orbit)) = found
-                && orbit.spectral_radius() < 1.0
+                && orbit.attracts()
             {
                 self.orbits.add(id as u32, orbit);
             }

@@ -94,24 +94,27 @@ impl Attractor {
         outcome: &PointOutcome,
         end: TrajectoryState,
     ) -> Result<Option<Self>, Stop> {
-        let (Some(class), Some(lyapunov)) = (outcome.class, &outcome.lyapunov) else {
+        let Some(class) = outcome.class.filter(|class| *class != Class::NotConverged) else {
             return Ok(None);
         };
-        if class == Class::NotConverged {
-            return Ok(None);
-        }
-        let neutral = class == Class::QuasiPeriodic
-            || lyapunov.exponents.first().is_some_and(|l| *l > -NEUTRAL);
+        let lyapunov = outcome.lyapunov.as_ref();
+        let largest = lyapunov.and_then(|l| l.exponents.first());
+        let neutral = class == Class::QuasiPeriodic || largest.is_some_and(|l| *l > -NEUTRAL);
         let continuum = (neutral && outcome.events_per_cycle == Some(0.0)).then_some(end.contact);
-        if lyapunov.method == LyapunovMethod::Multipliers {
+        // A periodic motion that rests on a stop may have no finite exponent.
+        let by_multipliers = lyapunov.is_none_or(|l| l.method == LyapunovMethod::Multipliers);
+        if let Some(period) = class.period().filter(|_| by_multipliers) {
             let start = end.clone();
-            let mark = Mark::Orbit(start, orbit(kernel, class.period().unwrap_or(1), end)?);
+            let mark = Mark::Orbit(start, orbit(kernel, period, end)?);
             return Ok(Some(Self {
                 class,
                 mark,
                 continuum,
             }));
         }
+        let Some(lyapunov) = lyapunov else {
+            return Ok(None);
+        };
         let scale = 1.0 / model.half_gap;
         let series = |f: &dyn Fn(f64, f64) -> f64| {
             let samples = outcome.poincare.iter();

@@ -58,10 +58,10 @@ struct ApproachSettings<'a, K: Kernel> {
 impl<'a, K: Kernel> ApproachSettings<'a, K> {
     /// `None` if the orbit does not attract.
     fn new(kernel: &'a K, norm: &'a EnergyNorm, orbit: &'a PeriodicOrbit) -> Option<Self> {
-        let radius = orbit.spectral_radius();
-        if radius.is_nan() || radius >= 1.0 {
+        if !orbit.attracts() {
             return None;
         }
+        let radius = orbit.spectral_radius();
         let halving = (0.5f64.ln() / radius.ln()).ceil().max(1.0);
         let most = (LONGEST_WATCH / f64::from(orbit.period)).floor().max(1.0);
         let periods = halving.min(most);
@@ -340,7 +340,7 @@ fn doubled<K: Kernel>(
         let found = shoot(model, kernel, norm, &guess, 2 * parent.period, workspace);
         // An iterate that diverges or has too many events is no orbit.
         if let Ok(Some(orbit)) = found
-            && orbit.spectral_radius() < 1.0
+            && orbit.attracts()
         {
             let apart = norm.distance(&orbit.start.state, &parent.start.state) / norm.unit();
             if apart > SAME_POINT && apart <= FARTHEST_DOUBLED * by {
@@ -389,7 +389,7 @@ pub fn attracting<K: Kernel>(
     let Ok(Some(orbit)) = found else {
         return Ok(None);
     };
-    let doubles = orbit.spectral_radius() >= 1.0;
+    let doubles = !orbit.attracts();
     let orbit = if doubles {
         match doubled(model, kernel, norm, &orbit, trajectory, workspace) {
             Some(orbit) => orbit,

@@ -47,7 +47,7 @@ impl Bifurcation {
 /// Properties of an orbit besides its multipliers.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Character {
-    /// Whether all multipliers lie inside the unit circle.
+    /// Whether all multipliers lie inside the unit circle by more than round-off.
     pub stable: bool,
     /// How the orbit gains or loses stability; `None` if its leading multiplier is well inside the unit circle.
     pub bifurcation: Option<Bifurcation>,
@@ -90,7 +90,7 @@ pub fn of<K: Kernel>(
     let [kicked, kicked_linear] =
         KickedTrajectory::new(model, norm, orbit).after_return(kernel, workspace)?;
     let character = Character {
-        stable: orbit.spectral_radius() < 1.0,
+        stable: orbit.attracts(),
         bifurcation: Bifurcation::of(orbit.multipliers.first().copied().unwrap_or_default()),
         events,
         deflection_pp: motion.largest - motion.smallest,

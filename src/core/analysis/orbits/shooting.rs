@@ -12,6 +12,7 @@ use super::floquet::monodromy;
 use crate::analysis::norm::EnergyNorm;
 use crate::model::{ActiveSet, Model, TrajectoryState};
 use crate::numerics::linalg::{eigenvalues, solve};
+use crate::numerics::product_moduli::round_off;
 use crate::propagate::{Counters, Kernel, Stop};
 use faer::Mat;
 use num_complex::Complex64;
@@ -29,6 +30,9 @@ const STAGNANT: f64 = 1e-9;
 
 /// Longest step, in half gaps, before the search counts as divergent.
 const LONGEST_STEP: f64 = 30.0;
+
+/// Decay per mesh cycle that the round-off of a kernel can cause. It is some 1e-14.
+const SPURIOUS_DECAY: f64 = 1e-12;
 
 /// A periodic orbit.
 #[derive(Debug, Clone)]
@@ -48,11 +52,17 @@ pub struct PeriodicOrbit {
 }
 
 impl PeriodicOrbit {
-    /// Largest modulus of the multipliers; below 1, the orbit attracts.
+    /// Largest modulus of the multipliers.
     pub fn spectral_radius(&self) -> f64 {
         self.multipliers
             .first()
             .map_or(0.0, |leading| leading.norm())
+    }
+
+    /// Whether all neighbours approach the orbit. The multipliers of undamped modes have the modulus 1 within round-off.
+    pub fn attracts(&self) -> bool {
+        let decay = -self.spectral_radius().ln();
+        decay > SPURIOUS_DECAY * f64::from(self.period) + round_off(&self.monodromy, 1.0)
     }
 }
 

@@ -190,6 +190,7 @@ impl<K: Kernel> PointRun<'_, K> {
             averages: growth.map_or(&[], |averages| averages.values()),
             stretch: growth.map_or(1, |averages| averages.stretch()),
             aligned: self.config.lyapunov.map_or(0, |l| l.align),
+            strobe: last.record.strobe.values(),
             closest_return: last.recurrence.closest_return(&self.norm),
             longest_period: last.recurrence.longest(),
             excitation_repeats: last.recurrence.excitation_repeats(),

@@ -49,7 +49,7 @@ impl Steady {
     /// Whether there is an attracting motion in steady contact.
     pub(super) fn attracts(&self) -> bool {
         let orbit = self.orbit.iter().flatten().next();
-        orbit.is_some_and(|orbit| orbit.spectral_radius() < 1.0)
+        orbit.is_some_and(PeriodicOrbit::attracts)
     }
 
     /// Records a cycle that ends at mesh cycle `cycle`, with or without an event. Returns whether a search is

@@ -215,7 +215,9 @@ impl Volterra<'_> {
     fn is_out_of_reach(&self, contact: usize, others: &[usize], active: ActiveSet) -> bool {
         let contacts = &self.model.contacts;
         let opposite = |other: &usize| {
-            active.holds(*other) && contacts[*other].side == -contacts[contact].side
+            active.holds(*other)
+                && contacts[*other].side == -contacts[contact].side
+                && contacts[*other].release.has_surface()
         };
         !active.holds(contact)
             && (others.iter().any(opposite) || self.model.is_passed(contact, active))

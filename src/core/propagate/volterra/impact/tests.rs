@@ -411,10 +411,10 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
     for (model, start) in [(ball.model(), [0.0, 0.0]), (moving, level(0.0))] {
         let mut observed = Events::default();
         let end = advance(&model, &start, 3, &mut observed).unwrap();
-        assert!(observed.0[0].contact == 3 && observed.0[0].closes() && observed.0[0].time == 0.0);
-        assert!(observed.0[1].contact == 3 && !observed.0[1].closes());
-        println!("leaves {:.1e} s off", observed.0[1].time - leaves);
-        assert!((observed.0[1].time - leaves).abs() < 1e-13);
+        // It starts at rest on the table.
+        assert!(observed.0[0].contact == 3 && !observed.0[0].closes());
+        println!("leaves {:.1e} s off", observed.0[0].time - leaves);
+        assert!((observed.0[0].time - leaves).abs() < 1e-13);
         // It flies until it lands: relative flight from rest at `leaves`.
         let path = |t: f64| {
             let [now, then] = [t, leaves].map(|t| (frequency * t + ball.phase).sin_cos());
@@ -431,12 +431,12 @@ fn a_ball_leaves_a_vibrating_table_where_its_force_ends() {
         let time = hit.cycle as f64 * period + hit.time;
         println!("lands {:.1e} s off", time - low);
         assert!((time - low).abs() < 1e-12);
-        // After every cycle accumulating impacts have brought it to rest on the table again.
+        // In two of the three cycles accumulating impacts bring it to rest on the table again.
         let again = observed
             .0
             .iter()
             .filter(|event| event.contact == 3 && event.closes());
-        assert_eq!(again.count(), 3, "{:?}", end.contact);
+        assert_eq!(again.count(), 2, "{:?}", end.contact);
     }
 }
 
