@@ -80,7 +80,7 @@ pub struct MeshTableInputs {
     /// the deflection of the mesh by the load for deflections, the face width for the load centroid, the base pitch
     /// for the friction lever, otherwise 1. For helical gears the tolerance is at least 1e-5, and 1e-2 for pieces
     /// shorter than 1/128 of the cycle. For spur gears with uneven loads on coupled slices it is the tolerance
-    /// divided by the length of the piece in cycles, at most 1e-2.
+    /// divided by the length of the piece in cycles, at most 1e-2 unless the piece is too short to be cut.
     pub tolerance: f64,
     /// Slices of the face. One is enough for flanks without deviation across the face; more
     /// resolve crowning and the contact pattern. A helical face is divided into about as many.

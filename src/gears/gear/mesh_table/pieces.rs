@@ -16,7 +16,9 @@
 //! only halved, until their error is that of the division of the face. Short pieces have polynomials of low degree,
 //! which are as good as others there, and a larger tolerance. If slices of a spur face are coupled, a pair may first
 //! touch inside the face. The stiffness of the pair then begins as a square root: the shorter a piece, the larger its
-//! tolerance.
+//! tolerance. If the middle of the flanks is almost parallel, such a pair takes up or loses its stiffness within 1e-5
+//! cycles or less, nearly in a step. No polynomial of high degree that ends at the root stays physical behind its
+//! piece, however short. A piece too short to be cut therefore has means.
 
 use super::breaks::SAME;
 use super::law::{Column, PhaseLaw, Quantity};
@@ -55,6 +57,9 @@ const SHORT: f64 = 1e-2;
 
 /// Terms of the polynomials of short pieces of helical gears.
 const SHORT_TERMS: usize = 3;
+
+/// Terms of the polynomials of pieces of a coupled spur face that are too short to be cut: the mean.
+const UNCUT_TERMS: usize = 1;
 
 /// A piece that is within the tolerance of its law.
 pub(super) struct Piece {
@@ -132,7 +137,9 @@ fn check_piece<L: FlankLaw>(
     let places = [first].into_iter().chain(between).chain([last]);
     let mut columns = law.columns(nodes.iter().map(|&x| phase(x)))?;
     if is_short(law, [from, to]) {
-        smooth(&mut columns);
+        smooth(&mut columns, SHORT_TERMS);
+    } else if is_uncut(law, [from, to]) {
+        smooth(&mut columns, UNCUT_TERMS);
     }
     if law.flanks.helix() != 0.0 {
         return check_helical(law, columns, places, [from, to]);
@@ -197,6 +204,11 @@ fn is_short<L: FlankLaw>(law: &PhaseLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
     law.flanks.helix() != 0.0 && to - from < 2.0 * SHORTEST
 }
 
+/// Whether a piece belongs to a coupled face of spur gears and is too short to be cut.
+fn is_uncut<L: FlankLaw>(law: &PhaseLaw<'_, L>, [from, to]: [f64; 2]) -> bool {
+    law.flanks.helix() == 0.0 && law.is_coupled() && to - from < 2.0 * SAME
+}
+
 /// Largest accepted error of a piece.
 fn tolerance<L: FlankLaw>(law: &PhaseLaw<'_, L>, piece: [f64; 2]) -> f64 {
     let requested = law.inputs.tolerance;
@@ -204,7 +216,8 @@ fn tolerance<L: FlankLaw>(law: &PhaseLaw<'_, L>, piece: [f64; 2]) -> f64 {
     match (law.flanks.helix() == 0.0, law.is_coupled()) {
         (true, false) => requested,
         // A pair may touch inside the face first. Stiffness then begins as a square root of the phase, on a
-        // piece of any length.
+        // piece of any length. The error times the length is the error of means over the cycle.
+        (true, true) if is_uncut(law, piece) => requested / (to - from),
         (true, true) => requested.max((requested / (to - from)).min(SHORT)),
         (false, _) => requested.max(if is_short(law, piece) { SHORT } else { HELICAL }),
     }
@@ -212,7 +225,7 @@ fn tolerance<L: FlankLaw>(law: &PhaseLaw<'_, L>, piece: [f64; 2]) -> f64 {
 
 /// Replaces the values at the nodes by those of polynomials of low degree: with bends between the nodes
 /// polynomials of high degree would oscillate beyond the piece.
-fn smooth(columns: &mut [Column]) {
+fn smooth(columns: &mut [Column], terms: usize) {
     let transforms = transforms8();
     for case in 0..columns[0].cells.len() {
         for quantity in 0..columns[0].cells[case].values_mut().len() {
@@ -220,7 +233,7 @@ fn smooth(columns: &mut [Column]) {
                 std::array::from_fn(|node| *columns[node].cells[case].values_mut()[quantity]);
             let series = transforms.interpolate(&values);
             for (column, &x) in columns.iter_mut().zip(transforms.nodes()) {
-                *column.cells[case].values_mut()[quantity] = evaluate(&series[..SHORT_TERMS], x);
+                *column.cells[case].values_mut()[quantity] = evaluate(&series[..terms], x);
             }
         }
     }
@@ -363,3 +376,7 @@ fn largest_fit_error<L: FlankLaw>(
     }
     worst
 }
+
+#[cfg(test)]
+#[path = "pieces_tests.rs"]
+mod tests;
