@@ -153,13 +153,15 @@ fn check_piece<L: FlankLaw>(
     let mut samples: Vec<&Column> = checks.iter().chain(&columns).collect();
     samples.sort_by(|a, b| a.phase.total_cmp(&b.phase));
     let takes_hold = (samples.windows(2)).find(|two| !two[0].loads_as(two[1]));
+    // Two kinks of a near-step may be closer than pieces can be cut.
+    let can_cut = |at: &f64| at - from >= SAME && to - at >= SAME;
     let at = match takes_hold {
-        Some(two) => kink(law, &two[..1], two[1])?,
+        Some(two) => kink(law, &two[..1], two[1])?.filter(can_cut),
         None => None,
     };
     let at = match at {
         // Borders of slices bend the law of a coupled face only a little.
-        None if !is_accurate && !law.is_coupled() => first_kink(law, &samples)?,
+        None if !is_accurate && !law.is_coupled() => first_kink(law, &samples)?.filter(can_cut),
         at => at,
     };
     Ok(match at {
