@@ -135,6 +135,13 @@ fn summary(job: &Job, config: &RunUpConfig, run: &RunUp, folder: &Path) -> Strin
             ),
         ),
     ];
+    if run.levels.is_empty() && !run.signals.is_empty() {
+        let turns = config.revolutions;
+        let why = format!(
+            "none: the run-up is shorter than a stretch of {turns} revolutions; reduce runup.revolutions"
+        );
+        lines.push(("levels", why));
+    }
     for (signal, [name, unit]) in run.signals.iter().enumerate() {
         let levels = || run.levels.iter().filter(|level| level.signal == signal);
         if let Some(loudest) = levels().max_by(|a, b| a.rms.total_cmp(&b.rms)) {
