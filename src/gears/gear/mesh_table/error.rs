@@ -40,7 +40,8 @@ pub enum MeshTableError {
     #[error(
         "at mesh phase {phase:.6} the interpolated {quantity} is off by {error:.1e} (tolerance {tolerance:.0e}), even \
          on the finest division of the mesh cycle. It has a jump or kink there that neither the flanks nor the load \
-         explain. Raise the load, or change the misalignment or the modifications of the flanks a little"
+         explain. Raise the load, change the misalignment or the modifications of the flanks a little, or use means \
+         over segments (mesh.stiffness = \"table\") instead of a continuous stiffness"
     )]
     Unresolved {
         /// Name of the quantity.
